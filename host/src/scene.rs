@@ -4,11 +4,9 @@
 //! A [`Scene`] rides on a [`World`](crate::sim::world::World). Whoever runs that world on a board, emulated or native,
 //! puts the cell into the plant around its pins (`live`), so that every engine sees the same cell.
 
-#[cfg(feature = "desktop")]
 pub mod heard;
 #[cfg(feature = "desktop")]
 pub mod junit;
-#[cfg(feature = "desktop")]
 pub mod live;
 #[cfg(feature = "desktop")]
 pub mod proof;

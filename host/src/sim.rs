@@ -1,20 +1,18 @@
 //! Runs a checked script on a simulated machine.
 //!
-//! An engine follows the program; the [`machine`] carries out its effects in simulated
-//! microseconds; the [`world`] is everything around the controller.
+//! An engine follows the program; the machine carries out its effects in simulated microseconds: the firmware's own on a
+//! simulated MSP430F5529 ([`native`]), a model of the MSP430G2553's ([`machine`]). The [`world`] is everything around the
+//! controller.
 
 pub mod chain;
 mod controlled;
 mod log;
 pub mod machine;
-#[cfg(feature = "desktop")]
 pub mod native;
 pub mod record;
 pub mod rhai_engine;
-#[cfg(feature = "desktop")]
 pub mod scene;
 pub mod step;
-#[cfg(feature = "desktop")]
 pub mod told;
 pub mod trace;
 pub mod unattended;
@@ -40,6 +38,9 @@ use world::{World, WorldError};
 /// Simulated time that a run may take unless told otherwise: 24 h, in us.
 pub const DEFAULT_LIMIT_US: u64 = 24 * 3600 * 1_000_000;
 
+/// Simulated time that a statement takes, us (lang/README.md, The machine).
+pub const STATEMENT_US: u64 = 20;
+
 /// Calls that any image may have open at once.
 const MAX_CALLS: usize = 15;
 
@@ -50,17 +51,6 @@ pub enum Engine {
     Rhai,
     /// The device's VM on the host.
     Vm,
-}
-
-/// Whose rules the machine of a run follows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Rules {
-    /// A model of the machine ([`machine`]), whose times are calibrated for the options' part.
-    #[default]
-    Model,
-    /// The firmware's own machine on a simulated MSP430F5529 ([`native`]), whatever the options' part is. Without the
-    /// feature `desktop` there is only the model.
-    Firmware,
 }
 
 /// How a run is to be made.
@@ -77,11 +67,8 @@ pub struct Options {
     pub statements: u64,
     /// Simulated time of a statement, us.
     pub statement_us: u64,
-    /// The chip whose times are shown: its step timer, whether blocks run into one another, how long a
-    /// path takes to begin.
+    /// The chip that is simulated and whose times are shown.
     pub part: Part,
-    /// Whose rules the machine follows.
-    pub rules: Rules,
     /// Hold every edge of a board's pins to the ramps and rates of the profile.
     pub judged: bool,
     /// Asked now and then: `true` ends the run as [`record::StopReason::Interrupted`].
@@ -98,9 +85,8 @@ impl Default for Options {
             times: true,
             record: true,
             statements: DEFAULT_STATEMENTS,
-            statement_us: machine::STATEMENT_US,
+            statement_us: STATEMENT_US,
             part: F5529,
-            rules: Rules::default(),
             judged: true,
             interrupted: || false,
         }

@@ -16,7 +16,7 @@ use lang::front::words::{Func, Kw};
 use lang::front::{ProfileChoice, compile};
 use lang::hir::{Limits, Program, Storage, Var};
 use lang::image::{Image, crc_in};
-use lang::part::{F5529, PARTS, Part};
+use lang::part::Part;
 use lang::profile::Profile;
 use lang::record::feature;
 use serde_json::{Value, json};
@@ -166,12 +166,6 @@ impl Loaded {
     pub fn lack(&self, part: &Part) -> Option<String> {
         let image = Image::new(&self.compiled.image).ok()?;
         part.lacks(&image, &self.program.profile).map(|lack| lack.to_string())
-    }
-
-    /// The smallest part on which the program runs; of one that is too large for all the last.
-    pub fn part(&self) -> &'static Part {
-        let runs = PARTS.iter().find(|part| self.lack(part).is_none());
-        runs.unwrap_or(&F5529)
     }
 }
 

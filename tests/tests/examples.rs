@@ -1,4 +1,4 @@
-//! Every example runs in its scenario with the trace that lies beside it, on every engine and by the rules of each machine.
+//! Every example runs in its scenario with the trace that lies beside it, on every engine.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use pasapas::board::engine::run_native_traced;
 use pasapas::board::{Build, DEFAULT, engine};
 use pasapas::sim::trace::{Event, What, to_text};
 use pasapas::sim::world::World;
-use pasapas::sim::{Engine, Options, Rules, run_traced};
+use pasapas::sim::{Engine, Options, run_traced};
 
 struct Example {
     name: String,
@@ -47,14 +47,12 @@ fn examples_run_as_their_traces_say() {
     let examples = examples();
     assert!(examples.len() >= 16);
     for Example { name, program, world, trace } in &examples {
-        for rules in [Rules::Model, Rules::Firmware] {
-            for engine in [Engine::Rhai, Engine::Vm] {
-                let options = Options { rules, ..Options::default() };
-                let (outcome, events) = run_traced(program, engine, world, &options).unwrap();
-                let which = format!("{name} on {engine:?}, {rules:?}");
-                assert_eq!(outcome.failures, Vec::<String>::new(), "{which}");
-                assert_eq!(&to_text(&events), trace, "{which}");
-            }
+        for engine in [Engine::Rhai, Engine::Vm] {
+            let (outcome, events) =
+                run_traced(program, engine, world, &Options::default()).unwrap();
+            let which = format!("{name} on {engine:?}");
+            assert_eq!(outcome.failures, Vec::<String>::new(), "{which}");
+            assert_eq!(&to_text(&events), trace, "{which}");
         }
     }
 }
@@ -126,7 +124,7 @@ fn examples_run_on_the_small_chip() {
 
 /// How far the machine's times may be from the board's, us, or a thousandth of the time where that is more. Where a switch
 /// is met the next look at it decides: a millisecond's difference is some steps of way, and these are made again slowly.
-const LATER_US: f64 = 5_000.0;
+const LATER_US: f64 = 1_000.0;
 
 /// Whether an event ends a wait for the world, which may have ended it at its own time.
 fn is_of_the_world(what: &What) -> bool {
@@ -156,6 +154,41 @@ fn same_times(name: &str, machine: &[Event], board: &[Event]) {
     }
 }
 
+/// Of a longer example so much is compared, us.
+const BEGINNING_US: u64 = 6_000_000;
+
+/// Events of a beginning; how a run is cut takes its time.
+fn beginning(mut events: Vec<Event>) -> Vec<Event> {
+    events.retain(|event| event.us.is_some_and(|us| us < BEGINNING_US - 100_000));
+    events
+}
+
+#[test]
+fn long_examples_begin_when_the_boards_do() {
+    let options = Options { limit_us: BEGINNING_US, ..Options::default() };
+    let mut count = 0;
+    for Example { name, program, world, .. } in &examples() {
+        let (whole, events) =
+            run_traced(program, Engine::Rhai, world, &Options::default()).unwrap();
+        if whole.summary.us <= LONGEST_US {
+            continue;
+        }
+        let compiled = lang::back::compile(program).unwrap();
+        let (image, sidecar) = (&compiled.image, &compiled.sidecar);
+        let board = engine::run_traced(DEFAULT, program, image, sidecar, world, &options);
+        let (_, board) = board.unwrap_or_else(|error| panic!("{name}: {error}"));
+        let machine = run_native_traced(DEFAULT, program, &compiled, world, &options);
+        let (_, machine) = machine.unwrap_or_else(|error| panic!("{name}: {error}"));
+        let (_, on_vm) = run_traced(program, Engine::Vm, world, &options).unwrap();
+        let board = beginning(board);
+        for (engine, own) in [("rhai", events), ("vm", on_vm), ("machine", machine)] {
+            same_times(&format!("{name} on {engine}"), &beginning(own), &board);
+        }
+        count += 1;
+    }
+    assert!(count >= 8);
+}
+
 #[test]
 fn short_examples_run_on_the_board() {
     let mut count = 0;
@@ -174,9 +207,8 @@ fn short_examples_run_on_the_board() {
         let machine = run_native_traced(DEFAULT, program, &compiled, world, &options);
         let (_, without) = machine.unwrap_or_else(|error| panic!("{name}: {error}"));
         same_times(name, &without, &events);
-        let by_firmware = Options { rules: Rules::Firmware, ..options };
         for engine in [Engine::Rhai, Engine::Vm] {
-            let (_, driven) = run_traced(program, engine, world, &by_firmware).unwrap();
+            let (_, driven) = run_traced(program, engine, world, &options).unwrap();
             same_times(&format!("{name} on {engine:?}"), &driven, &events);
         }
         let options = Options { part: DEFAULT.part, ..options };

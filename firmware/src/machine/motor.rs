@@ -301,6 +301,23 @@ impl<C: Chip> Motor<C> {
         self.stopped == 0 && self.rests()
     }
 
+    /// Whether an axis was stopped whose commanded place does not follow yet.
+    #[cfg(any(test, feature = "physics"))]
+    pub fn is_stopping(&self) -> bool {
+        self.stopped != 0
+    }
+
+    /// Whether the step engine holds as much as it is to hold for now.
+    #[cfg(any(test, feature = "physics"))]
+    pub fn is_fed(&self) -> bool {
+        if self.path_axes != 0 {
+            return self.chip.ahead() >= crate::motion::queue::wanted(&self.path, C::RATE)
+                || !self.chip.path_has_room();
+        }
+        let mut singles = self.single.iter().enumerate();
+        singles.all(|(i, single)| single.is_idle() || !self.chip.axis_has_room(i))
+    }
+
     /// Speed of an axis of its own, steps/s with sign.
     pub fn velocity(&self, n: u8) -> i32 {
         self.single[usize::from(n)].velocity()

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use emulator::{Config, Part, Plant, Wiring};
 use firmware::machine::Controller;
 use firmware::machine::chip::Clock as _;
-use firmware::machine::controller::Effect;
+use firmware::machine::controller::Effect as UnderWay;
 use firmware::modbus::Slave;
 use lang::part::F5529;
 use lang::profile::{self, Profile};
@@ -146,10 +146,10 @@ impl NativeBoard {
     }
 
     /// How far the statement under way has come, to see whether a pass has brought it further.
-    fn progress(&self) -> (u8, u8, u8, u8, u32) {
+    fn progress(&self) -> (u8, u8, u8, u8) {
         let Controller { program, session, motor, .. } = &*self.controller;
-        let Effect { code, phase, .. } = program.effect;
-        (code, phase, session.state, motor.moving(), self.desk.changes())
+        let UnderWay { code, phase, .. } = program.effect;
+        (code, phase, session.state, motor.moving())
     }
 
     /// One pass of a driven program ([`super::driven`]). Where it has brought nothing further time goes on to the next
@@ -165,11 +165,14 @@ impl NativeBoard {
     }
 
     fn drive_by(&mut self, limit: u64, waits: bool) -> bool {
-        let before = self.progress();
+        let (before, changes) = (self.progress(), self.desk.changes());
         let asked = self.desk.is_asked() || self.desk.owed() != 0;
         self.pass();
         // A statement that is done in the pass in which it begins leaves no trace of itself.
-        let further = asked || self.progress() != before || self.desk.has_seen();
+        let further = asked
+            || self.progress() != before
+            || self.desk.has_seen()
+            || self.desk.changes() != changes && !self.controller.motor.is_fed();
         if further || !waits && self.desk.is_idle() {
             return true;
         }
@@ -177,7 +180,7 @@ impl NativeBoard {
         let turn = (now / PER_MS + 1) * PER_MS;
         self.desk.spend_to_change(turn.min(limit));
         self.jump(limit);
-        self.desk.changes() != before.4 || self.desk.plant().output_has_changed()
+        self.desk.changes() != changes || self.desk.plant().output_has_changed()
     }
 
     /// The world has acted.
@@ -208,11 +211,37 @@ impl NativeBoard {
         }
         self.disturbed = None;
         let most = u32::try_from((limit.saturating_sub(now)) / PER_MS).unwrap_or(MOST_JUMPED);
-        let ms = self.controller.idle_ms(most.min(MOST_JUMPED));
+        let most = most.min(MOST_JUMPED);
+        let ms = self.controller.idle_ms(most);
         if ms != 0 {
             self.desk.spend(u64::from(ms) * PER_MS);
             self.controller.skip(ms);
+            return;
         }
+        let ms = self.controller.moving_ms(most);
+        if ms != 0 {
+            self.ride(ms);
+        }
+    }
+
+    /// Milliseconds of a motion, at the beginning of one: as many as told, but only until a segment of the step engine is
+    /// taken or ends, or an input changes.
+    fn ride(&mut self, most: u32) {
+        let (now, changes) = (self.desk.ticks(), self.desk.changes());
+        let due = self.desk.plant().due();
+        let mut begun = 0;
+        for n in 1..=most {
+            self.desk.spend_to_change(now + u64::from(n) * PER_MS);
+            begun = n;
+            let plant = self.desk.plant();
+            if self.desk.changes() != changes
+                || plant.contacts() != self.contacts
+                || plant.due() != due
+            {
+                break;
+            }
+        }
+        self.controller.skip(begun);
     }
 
     /// The chip.
@@ -347,6 +376,12 @@ impl Desk {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::driven::{self, Request};
+    use emulator::plant::Contact;
+    use lang::axis::Axis;
+    use lang::effect::{Coord, Dist, Effect, Frame, Rate};
+    use lang::plain::Plain;
+    use lang::vm::encode::encode;
     use lang::wire::{CRC_START, crc16};
 
     #[test]
@@ -370,5 +405,55 @@ mod tests {
         let heard: Vec<u8> = one.take().into_iter().map(|(_, byte)| byte).collect();
         assert_eq!(heard, frame);
         assert!(other.take().is_empty());
+    }
+
+    /// Runs effects one after the other, `most` ticks at a time; the places at the end and the ticks at which each was
+    /// done.
+    fn drives(effects: &[Effect], most: u64) -> ([i32; 3], Vec<u64>) {
+        let mill = profile::Profile::built_in("mill").unwrap();
+        let mut board = NativeBoard::with(&mill);
+        board.plant_mut().switches[0] = Some(Contact { axis: 0, position: -700, above: false });
+        board.desk.drive(&mill);
+        board.controller_mut().begin_at(driven::IMAGE);
+        let mut done = Vec::new();
+        for effect in effects {
+            let own = encode(effect).unwrap();
+            let (mut code, mut values) = ([0; 4], [0; 5]);
+            code[..own.code().len()].copy_from_slice(own.code());
+            values[..own.values().len()].copy_from_slice(own.values());
+            let (length, count) = (own.code().len(), own.values().len());
+            board.desk.ask(Request::Code { code, length, values, count, more: false });
+            while !board.desk.is_idle() {
+                let now = board.desk.ticks();
+                assert!(now < 60_000 * PER_MS, "{effect:?} has no end");
+                board.drive(now + most);
+            }
+            done.push(board.desk.ticks());
+        }
+        (board.desk.0.engine.borrow().count, done)
+    }
+
+    #[test]
+    fn milliseconds_of_a_motion_that_are_ridden_over_are_those_of_passes() {
+        let at = |um| Some(Coord { value: Dist::Um(um), frame: Frame::Work });
+        let line = |x, y, rapid| Effect::Linear { rapid, to: [at(x), at(y), None], exact: false };
+        let effects = [
+            Effect::Home { axis: Axis::X, query: false },
+            Effect::SetFeed(Rate::Um(20_000)),
+            line(30_000, 10_000, false),
+            line(31_000, 12_000, false),
+            line(31_000, 40_000, false),
+            Effect::Plain(Plain::Wait, [321, 0]),
+            line(0, 0, true),
+            Effect::StopAxe(Axis::Y),
+            Effect::WaitMove(None),
+        ];
+        let (at_once, ridden) = drives(&effects, u64::MAX / 2);
+        let (by_passes, passed) = drives(&effects, PER_MS);
+        assert_eq!(at_once, by_passes);
+        assert!(at_once == [0; 3] && ridden.len() == effects.len());
+        for (n, (ridden, passed)) in ridden.iter().zip(&passed).enumerate() {
+            assert!(ridden.abs_diff(*passed) < PER_MS, "{n}: {ridden} for {passed}");
+        }
     }
 }

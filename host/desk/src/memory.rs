@@ -209,6 +209,7 @@ impl Core for Desk {
     }
     fn run(&self, vm: &mut Vm<Desk>) -> u16 {
         if let Some(exit) = self.run_driven(vm) {
+            self.spend(cost::of_effect(exit));
             return exit;
         }
         // The slice ends with the millisecond in which it begins, as the interrupt ends it on the board.
@@ -219,7 +220,7 @@ impl Core for Desk {
             spent += cost::INSTRUCTION;
             now + spent >= end
         });
-        self.spend(spent);
+        self.spend(spent + cost::of_effect(exit));
         exit
     }
     fn check(&self, image: u16, features: u8, _: u16) -> u8 {

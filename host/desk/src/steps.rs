@@ -211,6 +211,7 @@ impl Steps for Desk {
         self.0.engine.borrow().axis_moves(axis) || self.tripped() != 0
     }
     fn clear(&self) {
+        self.spend(cost::PATH);
         self.0.engine.borrow_mut().clear();
     }
     fn set_invert(&self, invert: u8) {
@@ -228,7 +229,8 @@ impl Steps for Desk {
         if self.tripped() != 0 { 0 } else { self.0.engine.borrow().ahead() }
     }
     fn put_path(&self, segment: &PathSegment, power: u16) {
-        self.spend(cost::SEGMENT);
+        let begins = segment.begin && !segment.within;
+        self.spend(cost::SEGMENT + if begins { cost::BLOCK } else { 0 });
         if self.tripped() == 0 {
             let now = self.fine();
             self.0.engine.borrow_mut().put_path(segment, power, now, PER_US);

@@ -11,7 +11,6 @@ use super::others::Others;
 use super::part::Choice;
 use super::script::{self, Script};
 use super::world;
-use crate::board::F5529 as F5529_BUILD;
 use crate::board::engine::{self, BoardError, Job, Sinks};
 use crate::failure::Failure;
 use crate::output::OutputFile;
@@ -34,8 +33,6 @@ pub fn run(
     mut sink: Sink,
     console: &Console,
 ) -> Result<Outcome, Failure> {
-    // The native machine is the large chip, unless another one is asked for.
-    let part = if native { Choice { part: part.part.or(Some(&F5529_BUILD)) } } else { part };
     let compiled = script::compile_for_device(script, console)?;
     let (compiled, build) = part.fit(script, compiled, console)?;
     if native && build.part != F5529 {

@@ -24,7 +24,7 @@ pub struct Choice {
         long,
         value_name = "NAME",
         value_parser = named,
-        help = listed("The board's firmware:", ". Without it the first of them that runs the program")
+        help = listed("The board's firmware:", ". Without it `build` and `check` take the first of them that runs the program, other commands the last")
     )]
     pub part: Option<&'static Build>,
 }
@@ -55,19 +55,19 @@ impl Choice {
         self.part.unwrap_or(DEFAULT)
     }
 
-    /// The chip that would run the script: the part asked for, or the smallest one that runs it. The script
-    /// becomes what runs there, as in [`Choice::fit`].
+    /// The chip that is simulated: the part asked for, or the one that has all of the language. The script becomes what
+    /// runs there, as in [`Choice::fit`].
     ///
     /// # Errors
     /// The part asked for lacks something that the program wants; that was written.
     pub fn to_simulate(self, script: &mut Script, console: &Console) -> Result<Part, Failure> {
-        if let Some(build) = self.part.filter(|build| build.part.look_ahead) {
-            return Ok(build.part);
-        }
-        // What is too large for any board is simulated on the one that has all of the language.
+        let Some(build) = self.part.filter(|build| !build.part.look_ahead) else {
+            return Ok(self.or_default().part);
+        };
+        // What is too large for any board is simulated as it is.
         match lang::back::compile(&script.program) {
             Ok(compiled) => Ok(self.runs_on(script, compiled, console)?.1.part),
-            Err(_) => Ok(self.or_default().part),
+            Err(_) => Ok(build.part),
         }
     }
 

@@ -160,8 +160,8 @@ impl Sim {
         }
         let notes = outcome.unattended.notes(&script.program, |line| script.line_of_file(line));
         let to_stderr = self.trace.as_deref() == Some("-");
-        let engine = self.name(&world);
-        summary::write(&self.file, engine, &script.program, &outcome, &notes, to_stderr, console)?;
+        let whose = (self.name(&world), &self.part.or_default().part);
+        summary::write(&self.file, whose, &script.program, &outcome, &notes, to_stderr, console)?;
         if let Some(report) = &outcome.cell {
             self.cell_output.write(&self.file, report, to_stderr, console)?;
         }
@@ -208,21 +208,22 @@ impl Sim {
             interrupted: interrupt::asked,
             ..sim::Options::default()
         };
+        let part = Choice { part: Some(self.part.or_default()) };
         let engine = match self.engine {
             // The native machine has pins for a cell to hang on.
             Engine::Rhai | Engine::Vm if world.scene().is_some() => {
                 let scene = (world, None, true);
-                return board_run::run(script, others, self.part, scene, &options, sink, console);
+                return board_run::run(script, others, part, scene, &options, sink, console);
             }
             Engine::Rhai => sim::Engine::Rhai,
             Engine::Vm => sim::Engine::Vm,
             Engine::Board | Engine::Machine => {
                 let vcd = self.vcd.as_deref();
                 let scene = (world, vcd, self.engine == Engine::Machine);
-                return board_run::run(script, others, self.part, scene, &options, sink, console);
+                return board_run::run(script, others, part, scene, &options, sink, console);
             }
         };
-        options.part = self.part.to_simulate(script, console)?;
+        options.part = part.to_simulate(script, console)?;
         let chain = others.chain(script);
         sim::run_chain(&chain, engine, world, &options, sink).map_err(|error| match error {
             SimError::World(error) => world::wrong(&error, console),

@@ -1,6 +1,7 @@
 //! The summary of a run: time, travel, what each output did.
 
 use lang::hir::Program;
+use lang::part::Part;
 use serde::Serialize;
 
 use super::console::Console;
@@ -9,13 +10,14 @@ use crate::plot::time;
 use crate::sim::Outcome;
 use crate::sim::record::Summary;
 
-/// Writes it to standard output, or to standard error when that has the trace.
+/// Writes it to standard output, or to standard error when that has the trace. `engine` is who ran it, `part` whose times
+/// it has.
 ///
 /// # Errors
 /// Standard output is full or gone.
 pub fn write(
     file: &str,
-    engine: &str,
+    (engine, part): (&str, &Part),
     program: &Program,
     outcome: &Outcome,
     notes: &[String],
@@ -26,17 +28,18 @@ pub fn write(
     struct Line<'a> {
         file: &'a str,
         engine: &'a str,
+        part: &'a str,
         #[serde(flatten)]
         summary: &'a Summary,
         failures: &'a [String],
         notes: &'a [String],
     }
     let text = if console.json() {
-        let line =
-            Line { file, engine, summary: &outcome.summary, failures: &outcome.failures, notes };
+        let (summary, failures) = (&outcome.summary, &outcome.failures);
+        let line = Line { file, engine, part: part.name, summary, failures, notes };
         serde_json::to_string(&line).unwrap_or_default()
     } else {
-        let mut text = describe(file, program, &outcome.summary);
+        let mut text = describe(file, part, program, &outcome.summary);
         notes.iter().for_each(|note| text += &format!("\n  note: {note}"));
         text
     };
@@ -48,7 +51,7 @@ pub fn write(
     }
 }
 
-fn describe(file: &str, program: &Program, summary: &Summary) -> String {
+fn describe(file: &str, part: &Part, program: &Program, summary: &Summary) -> String {
     let status = match summary.status {
         crate::sim::trace::Status::Done => "done",
         crate::sim::trace::Status::Stopped => "stopped",
@@ -60,6 +63,7 @@ fn describe(file: &str, program: &Program, summary: &Summary) -> String {
         1 => text += ", 1 statement",
         n => text += &format!(", {n} statements"),
     }
+    text += &format!(", times of the {}", part.chip.name);
     if let Some(reason) = summary.stopped {
         text += &format!(": {}", reason.text());
     }

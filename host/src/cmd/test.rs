@@ -181,7 +181,7 @@ impl Test {
         let sink = Box::new(move |event: &Event| sink.borrow_mut().push(event.clone()));
         let run =
             sim::Options { interrupted: interrupt::asked, times: false, ..sim::Options::default() };
-        let part = Choice { part: None };
+        let part = Choice { part: Some(crate::board::DEFAULT) };
         let outcome = match self.engine {
             Engine::Rhai | Engine::Vm if !in_cell => {
                 let engine =

@@ -1,30 +1,26 @@
-//! The machine that an engine drives: the firmware's own ([`super::native`]), or a model of it ([`super::machine`]), which
-//! follows the MSP430G2553, too.
+//! The machine that an engine drives: the firmware's own on the MSP430F5529 ([`super::native`]), a model of the firmware on
+//! the MSP430G2553 ([`super::machine`]).
 
 use lang::effect::Effect;
 use lang::fault::Fault;
-#[cfg(feature = "desktop")]
-use lang::part::F5529;
 use lang::profile::Profile;
 
 use super::machine::Machine as Model;
-#[cfg(feature = "desktop")]
 use super::native::Native;
 use super::record::{Record, Summary};
 use super::step::Step;
 use super::unattended::Unattended;
 use super::view::View;
 use super::world::{Registers, World};
-use super::{End, Options, Rules, SimError, Sink};
+use super::{End, Options, SimError, Sink};
 use crate::course::LineEnds;
 use crate::scene::Report;
 
 /// See the module.
 pub enum Machine {
-    /// The firmware's machine.
-    #[cfg(feature = "desktop")]
+    /// The firmware's machine on the MSP430F5529.
     Native(Box<Native>),
-    /// The model.
+    /// The model of the MSP430G2553.
     Model(Box<Model>),
 }
 
@@ -32,45 +28,10 @@ pub enum Machine {
 macro_rules! of_each {
     ($own:expr, $machine:ident => $what:expr) => {
         match $own {
-            #[cfg(feature = "desktop")]
             Machine::Native($machine) => $what,
             Machine::Model($machine) => $what,
         }
     };
-}
-
-/// The firmware's machine, which is the MSP430F5529's alone.
-#[cfg(feature = "desktop")]
-fn firmware(
-    profile: &Profile,
-    world: &World,
-    options: &Options,
-    texts: Vec<String>,
-    registers: &Registers,
-    sink: Sink,
-) -> Result<Machine, SimError> {
-    if options.part.name != F5529.name {
-        return Err(SimError::Engine(format!(
-            "the firmware's rules are those of the {}, and the run is to show the times of the {}: run it with the \
-             model's rules, or on the emulated board (`--engine board`)",
-            F5529.name, options.part.name
-        )));
-    }
-    let own = Native::new(profile, world, options, texts, registers, sink)?;
-    Ok(Machine::Native(Box::new(own)))
-}
-
-/// Without the feature `desktop` there is no chip for the firmware's machine.
-#[cfg(not(feature = "desktop"))]
-fn firmware(
-    _: &Profile,
-    _: &World,
-    _: &Options,
-    _: Vec<String>,
-    _: &Registers,
-    _: Sink,
-) -> Result<Machine, SimError> {
-    Err(SimError::Engine("this build has the model's rules only".to_owned()))
 }
 
 impl Machine {
@@ -86,8 +47,9 @@ impl Machine {
         registers: &Registers,
         sink: Sink,
     ) -> Result<Machine, SimError> {
-        if options.rules == Rules::Firmware {
-            return firmware(profile, world, options, texts, registers, sink);
+        if options.part.look_ahead {
+            let own = Native::new(profile, world, options, texts, registers, sink)?;
+            return Ok(Machine::Native(Box::new(own)));
         }
         let own = Model::new(profile, world, options, texts, registers, sink)?;
         Ok(Machine::Model(Box::new(own)))
@@ -96,7 +58,6 @@ impl Machine {
     /// Lines end as slow points say, one after the other.
     pub fn set_ends(&mut self, ends: Option<LineEnds>) {
         match self {
-            #[cfg(feature = "desktop")]
             Machine::Native(_) => {}
             Machine::Model(own) => own.set_ends(ends),
         }
@@ -108,13 +69,8 @@ impl Machine {
     }
 
     /// Whether the program has a handler for errors from now on.
-    #[cfg_attr(
-        not(feature = "desktop"),
-        expect(unused_variables, reason = "the model asks the engine")
-    )]
     pub fn set_handled(&mut self, on: bool) {
         match self {
-            #[cfg(feature = "desktop")]
             Machine::Native(own) => own.set_handled(on),
             Machine::Model(_) => {}
         }
@@ -164,7 +120,6 @@ impl Machine {
     pub fn enter_handler(&mut self) {
         match self {
             // It has begun it itself.
-            #[cfg(feature = "desktop")]
             Machine::Native(_) => {}
             Machine::Model(own) => own.enter_handler(),
         }
@@ -173,7 +128,6 @@ impl Machine {
     /// A handler has ended; `open` says whether another one is still open below it.
     pub fn leave_handler(&mut self, open: bool) {
         match self {
-            #[cfg(feature = "desktop")]
             Machine::Native(own) => own.leave_handler(),
             Machine::Model(own) => own.leave_handler(open),
         }
@@ -241,10 +195,8 @@ impl Machine {
     }
 
     /// What the cell around it gives, if there is one.
-    #[cfg_attr(not(feature = "desktop"), expect(unused_variables, reason = "the model has none"))]
     pub fn report(&mut self, end: &End) -> Option<Report> {
         match self {
-            #[cfg(feature = "desktop")]
             Machine::Native(own) => own.report(end),
             Machine::Model(_) => None,
         }

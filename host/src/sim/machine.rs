@@ -1,4 +1,5 @@
-//! The simulated machine: carries out [`Effect`]s in simulated microseconds against a world.
+//! The MSP430G2553's machine, as a model: carries out [`Effect`]s in simulated microseconds against a world. Times are
+//! those of that chip, which plans a line at a time. The MSP430F5529's firmware runs itself ([`super::native`]).
 //!
 //! An engine calls [`Machine::statement`] before each statement and [`Machine::begin`] for each
 //! effect; both come back with a [`Step`]. The machine decides when an event handler is due, when
@@ -62,9 +63,6 @@ use super::trace::{PerAxis, What};
 use super::unattended::Unattended;
 use super::world::{Registers, Scenario, World};
 use super::{End, Options, SimError, Sink};
-
-/// Simulated time that a statement takes, us (lang/README.md, The machine).
-pub const STATEMENT_US: u64 = 20;
 
 /// See the module.
 pub struct Machine {

@@ -20,10 +20,9 @@ use crate::board::health::Health;
 use crate::board::{Build, F5529 as BOARD_F5529};
 use crate::chords;
 use crate::course;
-use crate::sim::machine::STATEMENT_US;
 use crate::sim::trace::{Event, Status, What, to_text};
 use crate::sim::world::World;
-use crate::sim::{Options, Rules};
+use crate::sim::{Options, STATEMENT_US};
 
 /// Ends runaway programs; the engines count statements alike. Blocks run into one another as on the
 /// part that has all of the language.
@@ -35,7 +34,6 @@ const OPTIONS: Options = Options {
     statements: 4_000,
     statement_us: STATEMENT_US,
     part: F5529,
-    rules: Rules::Model,
     interrupted: || false,
 };
 /// Longest program that goes to the board, us: emulated time is dear.

@@ -302,6 +302,7 @@ fn the_summary_as_json_is_one_line() {
     assert_eq!((code, lines.len()), (0, 1));
     assert_eq!(lines[0]["status"], "done");
     assert_eq!(lines[0]["engine"], "rhai");
+    assert_eq!(lines[0]["part"], "f5529");
     assert_eq!(lines[0]["steps"][0], 600);
     assert!(lines[0]["us"].as_u64().is_some_and(|us| us > 100_000));
 }

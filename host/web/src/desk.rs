@@ -5,9 +5,9 @@ use lang::part::F5529;
 use lsp_server::{Message, Notification, Request, RequestId};
 use pasapas::lsp::{self, Server};
 use pasapas::sim::world::World;
+use pasapas::trial;
 use pasapas::trial::budget::Budget;
 use pasapas::trial::pulses::{self, Pulse};
-use pasapas::trial::{self, Loaded};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -186,12 +186,11 @@ impl Desk {
         serde_json::to_value(answer).ok().map(|answer| text(&json!({ "lsp": answer })))
     }
 
-    /// The run of the text, on the smallest part that has what it wants.
+    /// The run of the text, on the part that has all of the language.
     fn simulate(&self, all: bool) -> Vec<Said> {
         let loaded = trial::load(&self.text, ProfileChoice::built_in()).map(Box::new);
-        let part = loaded.as_ref().map_or(&F5529, |own| Loaded::part(own));
         let budget = if all { Budget::long(|_| false) } else { Budget::live(|_| false) };
-        let run = trial::simulate(self.number, &loaded, &self.world, part, &budget);
+        let run = trial::simulate(self.number, &loaded, &self.world, &F5529, &budget);
         let mut about = run.about;
         about["pulses"] = json!(pulses::split(self.world.source()).1);
         vec![text(&json!({ "simulated": about })), Said::Bytes(run.path.to_vec())]

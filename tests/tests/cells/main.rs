@@ -11,7 +11,7 @@ use pasapas::board::{DEFAULT, F5529};
 use pasapas::scene::{self, Report, Scene};
 use pasapas::sim::trace::{Event, to_text};
 use pasapas::sim::world::World;
-use pasapas::sim::{Engine, Options, Rules, run_traced};
+use pasapas::sim::{Engine, Options, run_traced};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples")
@@ -203,8 +203,8 @@ fn every_engine_sees_the_same_cell() {
         let machine = report(on_machine);
         assert!(machine.holds(), "{name}\n{}", machine.table());
         for engine in [Engine::Vm, Engine::Rhai] {
-            let options = Options { rules: Rules::Firmware, ..Options::default() };
-            let (outcome, trace) = run_traced(&program, engine, &world, &options).unwrap();
+            let (outcome, trace) =
+                run_traced(&program, engine, &world, &Options::default()).unwrap();
             let own = outcome.cell.expect("the run had a cell");
             assert!(own.holds(), "{name} on {engine:?}\n{}", own.table());
             assert_eq!(to_text(&trace), to_text(&machine_trace), "{name} on {engine:?}");

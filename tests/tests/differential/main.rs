@@ -10,10 +10,9 @@ use lang::hir::Program;
 use lang::image::{Image, seal};
 use lang::isa::{Op, ROWS};
 use lang::part::F5529;
-use pasapas::sim::Options;
-use pasapas::sim::machine::STATEMENT_US;
 use pasapas::sim::trace::to_text;
 use pasapas::sim::world::World;
+use pasapas::sim::{Options, STATEMENT_US};
 use pasapas::torture::compare::{Run, difference, on_rhai, on_vm, varied};
 use pasapas::torture::generate::{Case, generate};
 use proptest::prelude::*;
@@ -30,7 +29,6 @@ const OPTIONS: Options = Options {
     statements: 4_000,
     statement_us: STATEMENT_US,
     part: F5529,
-    rules: pasapas::sim::Rules::Model,
     judged: true,
     interrupted: || false,
 };

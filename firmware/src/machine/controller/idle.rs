@@ -1,9 +1,10 @@
 //! Milliseconds in which nothing happens but that counters count, for a simulation that does not want to wait for them.
 //!
-//! [`Controller::idle_ms`] tells how many follow, [`Controller::skip`] counts them at once. Together they are what as many
-//! calls of [`Controller::ticks`] would do (tick.rs); a chip has no need of either.
+//! [`Controller::idle_ms`] tells how many follow at rest, [`Controller::moving_ms`] while motors move, and
+//! [`Controller::skip`] counts them at once. Together they are what as many calls of [`Controller::ticks`] would do
+//! (tick.rs); a chip has no need of any of them.
 
-use super::{Controller, Effect, PENDING};
+use super::{Controller, END, Effect, PENDING};
 use crate::inputs::Inputs;
 use crate::machine::chip::Chip;
 use lang::isa::{first, last};
@@ -41,10 +42,42 @@ impl<C: Chip> Controller<C> {
     /// Milliseconds from now on, at most `most`, in which no input, pin, statement or event changes by itself; the last
     /// of what counts down is left to [`Controller::ticks`].
     pub fn idle_ms(&self, most: u32) -> u32 {
-        let (session, program, clock) = (&self.session, &self.program, &self.clock);
-        let rests = self.motor.settled() && clock.spin == 0 && self.command.hold == 0;
+        let (session, program) = (&self.session, &self.program);
+        let stands = match session.state {
+            _ if session.executes() => waits(&program.effect) && program.late.is_none(),
+            state => {
+                state == RunState::Empty as u8
+                    || state == RunState::Ready as u8
+                    || state == RunState::Paused as u8 && program.effect.code != first::Pulse
+            }
+        };
+        let idle = stands && self.motor.settled() && self.is_quiet();
+        if idle { self.counted(most) } else { 0 }
+    }
+
+    /// The same while a program's axes move: as long as the step engine neither takes nor ends a segment. The last pass
+    /// of the main loop has found nothing to do.
+    pub fn moving_ms(&self, most: u32) -> u32 {
+        let program = &self.program;
+        let prints = matches!(
+            program.effect.code,
+            0 | END | first::PrintNumber..=last::PrintTextFar | first::PrintEnd
+        );
+        let idle = self.session.executes()
+            && program.late.is_none()
+            && !prints
+            && !self.motor.rests()
+            && !self.motor.is_stopping()
+            && self.is_quiet();
+        if idle { self.counted(most) } else { 0 }
+    }
+
+    /// Nothing is on its way through a filter, no hand is at a button, no event or pause is pending.
+    fn is_quiet(&self) -> bool {
         let hands = self.io.buttons.accepted() | self.chip.buttons();
-        let quiet = rests
+        self.clock.spin == 0
+            && self.command.hold == 0
+            && !self.command.jogs
             && hands == 0
             && self.record.lamp == 0
             && self.record.select >> 5 != BoardRecord::NEXT
@@ -52,26 +85,19 @@ impl<C: Chip> Controller<C> {
             && self.emergency_now() == 0
             && settled(&self.io.inputs, self.io.raw)
             && self.io.buttons.is_settled()
-            && self.library.shown == 0;
-        let executes = session.executes();
-        let stands = match session.state {
-            _ if executes => waits(&program.effect) && program.late.is_none(),
-            state => {
-                state == RunState::Empty as u8
-                    || state == RunState::Ready as u8
-                    || state == RunState::Paused as u8 && program.effect.code != first::Pulse
-            }
-        };
-        let pending = program.events.iter().any(|event| event.kind & PENDING != 0);
-        if !quiet || !stands || pending {
-            return 0;
-        }
+            && self.library.shown == 0
+            && self.program.events.iter().all(|event| event.kind & PENDING == 0)
+    }
+
+    /// Milliseconds, at most `most`, before the last one of anything that is counted down.
+    fn counted(&self, most: u32) -> u32 {
+        let (program, clock) = (&self.program, &self.clock);
         let mut left = most;
         if !self.reset.booted {
             let boots = u32::from(BOOT).saturating_sub(u32::from(clock.tick) + 2);
             left = left.min(boots);
         }
-        if executes {
+        if self.session.executes() {
             let effects = [&program.effect, &program.outer].into_iter().filter_map(counts);
             let every = program.events.iter().filter(|event| event.kind & !PENDING == 3);
             let every = every.filter_map(|event| u32::try_from(event.left).ok());

@@ -228,18 +228,6 @@ impl Axes {
         self.state_mut(axis).running = false;
     }
 
-    /// Soft limits.
-    ///
-    /// # Errors
-    /// F05 for a place outside the travel of a homed axis.
-    pub fn check_travel(&self, axis: Axis, um: i32) -> Result<(), Fault> {
-        let state = self.state(axis);
-        if state.homed && !(state.record.min..=state.record.max).contains(&um) {
-            return Err(Fault::SoftLimit);
-        }
-        Ok(())
-    }
-
     /// The soft limit toward which an axis runs, steps; `None` while it is not homed.
     pub fn travel_end(&self, axis: Axis, negative: bool) -> Option<i32> {
         let state = self.state(axis);

@@ -9,8 +9,7 @@ mod play;
 
 use std::collections::VecDeque;
 
-use firmware::motion::arc::Arc;
-use firmware::motion::path::{Block, Manner, Path, PathSegment};
+use firmware::motion::path::{Block, Path, PathSegment};
 use firmware::motion::queue;
 use firmware::motion::scaled::Scaled;
 use firmware::motion::single::{Pace, Single};
@@ -20,13 +19,9 @@ use lang::record::AxisRecord;
 
 use self::play::{Clock, FETCH_US, Play, Solo, is_fetched};
 
-/// From a statement to the event of a path that begins at rest, us: for the small chip and for one that looks
-/// ahead, and more for each axis that moves (`pasapas bench paths`).
-const PATH_BEGINS_US: [[u64; 2]; 2] = [[1_350, 500], [1_030, 100]];
-
-/// What the main loop of a chip that looks ahead takes for a block of a path, its statement and its plan, us, and more
-/// for each axis that moves (`pasapas bench paths`).
-const BLOCK_US: [u64; 2] = [650, 100];
+/// From a statement to the event of a path that begins at rest, us, and more for each axis that moves (`pasapas bench
+/// paths`).
+const PATH_BEGINS_US: [u64; 2] = [1_350, 500];
 
 /// What began or ended while motion went on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,8 +42,6 @@ pub enum Milestone {
 #[derive(Debug)]
 pub struct Motion {
     records: [AxisRecord; 3],
-    /// Blocks of a path run into one another.
-    pub look_ahead: bool,
     clock: Clock,
     path: Path,
     path_play: Option<(Play, PathSegment)>,
@@ -58,8 +51,6 @@ pub struct Motion {
     path_queue: VecDeque<(PathSegment, u32)>,
     /// When the path may be asked for another segment though its next block is not known, us.
     fetch_us: u64,
-    /// When the board has taken the newest block and may take another one, us.
-    pub ready_us: u64,
     /// The path's last segment: the planner writes increments and directions only when a block
     /// begins.
     segment: PathSegment,
@@ -87,14 +78,12 @@ impl Motion {
         let solo = || Solo { single: single(), play: None, negative: false, next: None };
         Motion {
             records,
-            look_ahead: part.look_ahead,
             clock,
             path: Path::new(corner_um, clock.rate()),
             path_play: None,
             path_exit: 0,
             path_queue: VecDeque::new(),
             fetch_us: 0,
-            ready_us: 0,
             segment: PathSegment::default(),
             acc: [0; 3],
             solo: [solo(), solo(), solo()],
@@ -243,10 +232,7 @@ impl Motion {
     /// The engine begins the path's next segment; at rest in the pass in which the block came.
     fn begin_path(&mut self, begin: u64, rests: bool) {
         let at = self.clock.us(begin);
-        // As long as the main loop plans a block it fetches nothing.
-        if rests || at >= self.ready_us {
-            self.fetch_path(at, !rests);
-        }
+        self.fetch_path(at, !rests);
         if self.path_queue.is_empty() && self.path.next_segment(&self.records, &mut self.segment) {
             self.path_queue.push_back((self.segment, self.path.velocity()));
             self.fetch_us = at + FETCH_US;
@@ -317,47 +303,17 @@ impl Motion {
 
     /// Whether a further block would be taken.
     pub fn has_room(&self) -> bool {
-        if self.look_ahead { self.path.has_room() } else { !self.path.knows_next() }
+        !self.path.knows_next()
     }
 
-    /// Gives the path a block; see [`Motion::has_room`]. Without look-ahead its end may have a speed of this square,
-    /// (um/s)^2, as slow points say.
+    /// Gives the path a block; see [`Motion::has_room`]. Its end may have a speed of this square, (um/s)^2, as slow points
+    /// say.
     pub fn push(&mut self, block: &Block, end2: f64, us: u64) {
         let moving = block.steps.iter().filter(|steps| **steps != 0).count();
-        let begin = self.block_begins(moving, us);
-        if self.look_ahead {
-            self.path.push(&self.records, block);
-        } else {
-            // The small chip knows whole steps alone.
-            let block = Block { um: [0; 3], ..*block };
-            self.path.push_ending(&self.records, &block, scaled(end2));
-        }
-        self.go_on(us, begin);
-    }
-
-    /// The same for an arc.
-    pub fn push_arc(&mut self, arc: &Arc, manner: &Manner, us: u64) {
-        let begin = self.block_begins(3, us);
-        self.path.push_arc(&self.records, arc, manner);
-        self.go_on(us, begin);
-    }
-
-    /// A block of so many axes comes: when it begins, if the path rests.
-    fn block_begins(&mut self, moving: usize, us: u64) -> u64 {
-        let mut begin = us;
-        let part = usize::from(self.look_ahead);
-        let lasts = |[base, axis]: [u64; 2]| base + axis * moving as u64;
-        if self.is_path_idle() {
-            begin += lasts(PATH_BEGINS_US[part]);
-        }
-        if self.look_ahead {
-            self.ready_us = begin + lasts(BLOCK_US);
-        }
-        begin
-    }
-
-    /// A block has come: the main loop looks for segments before it takes the next one.
-    fn go_on(&mut self, us: u64, begin: u64) {
+        let [base, axis] = PATH_BEGINS_US;
+        let begin = us + if self.is_path_idle() { base + axis * moving as u64 } else { 0 };
+        self.path.push_ending(&self.records, block, scaled(end2));
+        // The main loop looks for segments before it takes the next block.
         if self.path_play.is_some() {
             self.fetch_path(us, false);
         }

@@ -1,16 +1,15 @@
-//! Interpolated moves: G0 to G3.
+//! Interpolated moves: G0 and G1.
 
 use firmware::motion::path::{Block, Feed, Manner};
-use firmware::motion::{Arc, Ends};
 use lang::axis::Axis;
-use lang::effect::{Center, Coord, Dist, Plane, Rate};
+use lang::effect::{Coord, Rate};
 use lang::fault::Fault;
 use lang::place::Place;
 
 use super::Machine;
 use super::pieces::Joined;
 use crate::course::LineEnds;
-use crate::sim::record::{ArcShape, Segment, SegmentKind};
+use crate::sim::record::{Segment, SegmentKind};
 use crate::sim::trace::{MoveKind, What};
 
 impl Machine {
@@ -48,7 +47,7 @@ impl Machine {
         Ok(())
     }
 
-    /// Speed of G1 to G3: F, or what the profile has in its place.
+    /// Speed of G1: F, or what the profile has in its place.
     ///
     /// # Errors
     /// F08 without either.
@@ -101,8 +100,7 @@ impl Machine {
         };
         let Joined { from: before, mut what } = joined;
         let [from, to] = [before, goal].map(|places| places.map(|place| place.steps));
-        let um = [0, 1, 2].map(|n: usize| goal[n].um.wrapping_sub(before[n].um));
-        let exact = exact || rapid || !self.motion.look_ahead && end2 == 0.0;
+        let exact = exact || rapid || end2 == 0.0;
         let mut legs = vec![to];
         let (up, down) = (self.z_leg(from, to, rapid), self.z_leg(to, from, rapid));
         if up {
@@ -111,10 +109,8 @@ impl Machine {
             legs.insert(0, [to[0], to[1], from[2]]);
         }
         let mut at = from;
-        // A rapid move has no corners.
-        let um = if rapid { [0; 3] } else { um };
         for leg in legs {
-            self.push_block(std::mem::take(&mut what), kind, [at, leg], um, (feed, exact, end2));
+            self.push_block(std::mem::take(&mut what), kind, [at, leg], (feed, exact, end2));
             at = leg;
         }
         if exact {
@@ -152,13 +148,12 @@ impl Machine {
         }
     }
 
-    /// Gives the path a line as soon as it takes one; `what` is written when it begins, `um` as [`Block::um`].
+    /// Gives the path a line as soon as it takes one; `what` is written when it begins.
     fn push_block(
         &mut self,
         what: Vec<What>,
         kind: MoveKind,
         [from, to]: [[i32; 3]; 2],
-        um: [i32; 3],
         (feed, exact, end2): (Feed, bool, f64),
     ) {
         self.await_room();
@@ -185,7 +180,8 @@ impl Machine {
         self.pieces.blocks.push_back((what, segment));
         let power = if dark { 0 } else { self.modal.beam() };
         let manner = Manner { power, ..Manner::new(feed, exact) };
-        self.motion.push(&Block { steps, um, manner }, end2, self.clock.now());
+        // The chip knows whole steps alone.
+        self.motion.push(&Block { steps, um: [0; 3], manner }, end2, self.clock.now());
         self.log_milestones();
         self.clock.look_anew();
     }
@@ -193,114 +189,5 @@ impl Machine {
     fn await_room(&mut self) {
         self.clock.look_anew();
         while !self.is_halted() && !self.motion.has_room() && self.tick(None) {}
-        if !self.motion.is_path_idle() {
-            self.advance_to(self.motion.ready_us);
-        }
-    }
-
-    /// G2 and G3.
-    pub(super) fn arc(
-        &mut self,
-        clockwise: bool,
-        plane: Plane,
-        words: &[Option<Coord>; 3],
-        center: &Center,
-        exact: bool,
-    ) -> Result<(), Fault> {
-        self.before_path(true)?;
-        self.await_room();
-        if self.is_halted() {
-            return Ok(());
-        }
-        let goal = self.goal(words)?;
-        let feed = self.programmed_feed()?;
-        let exact = exact || !self.motion.look_ahead;
-        let start = Axis::ALL.map(|axis| self.axes.place(axis));
-        let arc = self.geometry(clockwise, plane, &start, &goal, center)?;
-        self.check_arc(&arc)?;
-        self.command(&goal);
-        let targets = self.targets();
-        let what = What::Move { line: self.line, kind: MoveKind::Arc, to: targets };
-        let segment = Segment {
-            kind: SegmentKind::Move(MoveKind::Arc),
-            line: self.line,
-            from: arc.start,
-            to: arc.end,
-            axes: [true; 3],
-            arc: Some(shape(&arc, &start)),
-            start_us: self.clock.now(),
-            end_us: self.clock.now(),
-            peak_rate: 0.0,
-            exit_speed: None,
-            power: self.light(),
-        };
-        self.pieces.blocks.push_back((vec![what], segment));
-        let manner = Manner { power: self.modal.beam(), ..Manner::new(feed, exact) };
-        self.motion.push_arc(&arc, &manner, self.clock.now());
-        self.log_milestones();
-        self.clock.look_anew();
-        if exact {
-            self.sync_path();
-        }
-        Ok(())
-    }
-
-    /// The arc, its centre found.
-    fn geometry(
-        &self,
-        clockwise: bool,
-        plane: Plane,
-        start: &[Place; 3],
-        goal: &[Place; 3],
-        center: &Center,
-    ) -> Result<Arc, Fault> {
-        let axes = plane.axes();
-        let um = |dist: Dist, axis: Axis| match dist {
-            Dist::Um(um) => Ok(um),
-            Dist::Steps(steps) => self.axes.length(axis, steps),
-        };
-        let ends = Ends {
-            first: axes[0].index() as u8,
-            clockwise,
-            from_um: start.map(|place| place.um),
-            to_um: goal.map(|place| place.um),
-            start: start.map(|place| place.steps),
-            end: goal.map(|place| place.steps),
-        };
-        match center {
-            Center::Offsets(offsets) => {
-                let [a, b] = axes.map(|axis| um(offsets[axis.index()], axis));
-                ends.around([a?, b?])
-            }
-            Center::Radius(radius) => ends.with_radius(um(*radius, axes[0])?),
-        }
-    }
-
-    /// Soft limits at every extreme.
-    fn check_arc(&self, arc: &Arc) -> Result<(), Fault> {
-        let [a, b, _] = arc.axes();
-        for (axis, span) in [Axis::ALL[a], Axis::ALL[b]].into_iter().zip(arc.extremes()) {
-            for um in span {
-                self.axes.check_travel(axis, um)?;
-            }
-        }
-        Ok(())
-    }
-}
-
-/// The arc as plots show it.
-fn shape(arc: &Arc, start: &[Place; 3]) -> ArcShape {
-    let [a, b, c] = arc.axes();
-    let mut center = [0.0; 3];
-    center[a] = f64::from(arc.center[0]);
-    center[b] = f64::from(arc.center[1]);
-    center[c] = f64::from(start[c].um);
-    let angle = f64::from(arc.from[1]).atan2(f64::from(arc.from[0]));
-    let sweep = f64::from(arc.sweep) / 4_294_967_296.0 * std::f64::consts::TAU;
-    ArcShape {
-        center,
-        plane: [Axis::ALL[a], Axis::ALL[b]],
-        start: angle,
-        sweep: if arc.clockwise { -sweep } else { sweep },
     }
 }

@@ -21,9 +21,8 @@ impl Machine {
             Effect::SetSpindle(value) => self.set_power(value)?,
             Effect::Keep { .. } => {}
             Effect::Linear { rapid, to, exact } => self.linear(rapid, &to, exact)?,
-            Effect::Arc { clockwise, plane, to, center, exact } => {
-                self.arc(clockwise, plane, &to, &center, exact)?;
-            }
+            // The chip draws none: chords stand in their place.
+            Effect::Arc { .. } => return Err(Fault::ImageRefused),
             _ => {
                 self.sync_path();
                 if self.is_halted() {

@@ -2,8 +2,9 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use lang::axis::Axis;
-use lang::effect::{Center, Coord, Dist, Effect, Frame, Plane, Rate, Read, Sensor, Want};
+use lang::effect::{Coord, Dist, Effect, Frame, Rate, Read, Sensor, Want};
 use lang::fault::Fault;
+use lang::part::G2553;
 use lang::plain::Plain;
 use lang::profile::{BUILT_IN, Profile};
 
@@ -37,7 +38,7 @@ fn run_with(profile: &Profile, world: &str, effects: &[Effect]) -> (String, End,
     let events = Rc::new(RefCell::new(Vec::new()));
     let log = events.clone();
     let sink = Box::new(move |event: &Event| log.borrow_mut().push(event.clone()));
-    let options = Options { times: false, ..Options::default() };
+    let options = Options { times: false, part: G2553, ..Options::default() };
     let mut machine =
         Machine::new(profile, &world, &options, Vec::new(), &Registers::default(), sink).unwrap();
     let mut fault = None;
@@ -215,7 +216,7 @@ fn a_speed_move_rests_at_its_soft_limit() {
     ];
     let profile = Profile::built_in("mill").unwrap();
     let sink = Box::new(|_: &Event| {});
-    let options = Options::default();
+    let options = Options { part: G2553, ..Options::default() };
     let world = World::empty();
     let mut machine =
         Machine::new(&profile, &world, &options, Vec::new(), &Registers::default(), sink).unwrap();
@@ -244,25 +245,6 @@ fn independent_axes_run_at_once_and_the_last_target_holds() {
         &[start(Axis::X, 50_000), Effect::Plain(Plain::Wait, [1_000, 0]), go(Axis::X, -1_000)],
     );
     assert!(turned.0.contains("\"pos\":{\"X\":-100,"), "{}", turned.0);
-}
-
-#[test]
-fn a_full_circle_returns_to_its_start_and_respects_the_travel() {
-    let circle = |i| Effect::Arc {
-        clockwise: true,
-        plane: Plane::Xy,
-        to: [None; 3],
-        center: Center::Offsets([Dist::Um(i), Dist::Um(0), Dist::Um(0)]),
-        exact: true,
-    };
-    let feed = Effect::SetFeed(Rate::Um(10_000));
-    let home_y = Effect::Home { axis: Axis::Y, query: false };
-    let up = go(Axis::Y, 20_000);
-    let result = run("", &[HOME_X, home_y, up, feed, circle(10_000)]);
-    assert_eq!(status(&result), (Status::Done, None));
-    assert!(result.0.contains("\"kind\":\"arc\",\"to\":{\"X\":0,\"Y\":2000,\"Z\":0}"));
-    let result = run("", &[HOME_X, home_y, feed, circle(10_000)]);
-    assert_eq!(status(&result), (Status::Fault, Some(Fault::SoftLimit)));
 }
 
 #[test]

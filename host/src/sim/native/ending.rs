@@ -76,18 +76,25 @@ impl Native {
     fn is_stuck(&self) -> bool {
         let controller = self.board.controller();
         let (program, session) = (&controller.program, &controller.session);
-        let every = program.events.iter().any(|event| event.kind & !PENDING == 3);
         let waits = match program.effect.code {
             first::WaitIn | first::WaitChar => program.effect.left < 0,
             first::WaitStart => true,
             _ => false,
         };
-        self.scene.scenario.next_us().is_none()
-            && self.cell_is_due().is_none()
-            && controller.motor.rests()
-            && controller.clock.spin == 0
-            && (session.is(RunState::Paused)
-                || session.executes() && program.effect.phase != 0 && waits && !every)
+        let stands = session.is(RunState::Paused)
+            || waits && session.executes() && program.effect.phase != 0 && !self.is_told_the_time();
+        stands && self.scenario_is_over() && controller.motor.rests() && controller.clock.spin == 0
+    }
+
+    /// Whether ON EVERY lets something happen.
+    fn is_told_the_time(&self) -> bool {
+        let events = &self.board.controller().program.events;
+        events.iter().any(|event| event.kind & !PENDING == 3)
+    }
+
+    /// Whether neither world nor cell does anything by itself any more.
+    fn scenario_is_over(&self) -> bool {
+        self.scene.scenario.next_us().is_none() && self.cell_is_due().is_none()
     }
 
     /// Ends the run: `fault` is the program's, `None` its END or whatever stopped it. `line` is that of the statement

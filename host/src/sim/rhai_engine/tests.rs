@@ -1,11 +1,12 @@
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
+use lang::part::{F5529, G2553, Part};
 
 use crate::sim::chain::Chain;
 use crate::sim::trace::{Event, to_text};
 use crate::sim::world::World;
-use crate::sim::{Engine, Options, Outcome, Rules, run_chain_traced, run_traced};
+use crate::sim::{Engine, Options, Outcome, run_chain_traced, run_traced};
 
 fn program(text: &str) -> Program {
     let source = Source::new("t.bas", text.to_owned());
@@ -13,23 +14,18 @@ fn program(text: &str) -> Program {
     program.unwrap_or_else(|| panic!("{text}\n{diags:?}"))
 }
 
-/// The run on both engines, each by the model's rules and by the firmware's: it is the same four times.
+/// The run on both engines, on the firmware's machine and on the model of the small chip's: it is the same four times.
 fn both(text: &str, world: &str) -> (Outcome, Vec<Event>) {
     let program = program(text);
     let world = World::parse("w.rhai", world).unwrap();
-    let run = |engine: Engine, rules: Rules| {
-        let options = Options { limit_us: 100_000_000, rules, ..Options::default() };
+    let run = |engine: Engine, part: Part| {
+        let options = Options { limit_us: 100_000_000, part, ..Options::default() };
         run_traced(&program, engine, &world, &options).unwrap()
     };
-    let first = run(Engine::Rhai, Rules::Model);
-    let others = [
-        (Engine::Vm, Rules::Model),
-        (Engine::Rhai, Rules::Firmware),
-        (Engine::Vm, Rules::Firmware),
-    ];
-    for (engine, rules) in others {
-        let other = run(engine, rules);
-        let which = format!("{engine:?} {rules:?}: {text}\n{}", super::source(&program));
+    let first = run(Engine::Rhai, F5529);
+    for (engine, part) in [(Engine::Vm, F5529), (Engine::Rhai, G2553), (Engine::Vm, G2553)] {
+        let other = run(engine, part);
+        let which = format!("{engine:?} {}: {text}\n{}", part.name, super::source(&program));
         assert_eq!(to_text(&first.1), to_text(&other.1), "{which}");
         assert_eq!(first.0.end, other.0.end, "{which}");
         assert_eq!(first.0.vars, other.0.vars, "{which}");
@@ -211,37 +207,15 @@ fn what_waits_for_a_path_without_asking_for_anything_lets_time_go_on() {
     let first = program("G1 X50 F3000\nG1 X10\nHome X\nG1 X5 F3000\nRUN \"other\"\n");
     let other = program("G1 X20 F3000\nPRINT 1\n");
     let chain = Chain::of([("first".to_owned(), &first), ("other".to_owned(), &other)]);
-    let run = |engine, rules| {
-        let options = Options { rules, limit_us: 60_000_000, ..Options::default() };
+    let run = |engine, part| {
+        let options = Options { part, limit_us: 60_000_000, ..Options::default() };
         let run = run_chain_traced(&chain, engine, &World::unattended(), &options);
         let (run, events) = run.unwrap();
         (run.unattended.switches, to_text(&events))
     };
-    let wanted = run(Engine::Vm, Rules::Model);
+    let wanted = run(Engine::Vm, G2553);
     assert!(wanted.1.contains("\"ev\":\"print\""), "{}", wanted.1);
     for engine in [Engine::Vm, Engine::Rhai] {
-        assert_eq!(run(engine, Rules::Firmware), wanted, "{engine:?}");
-    }
-}
-
-/// The firmware's machine is the F5529's: who wants another part's times gets no others in their place.
-#[test]
-fn the_firmwares_rules_are_refused_for_another_part() {
-    let program = program("SetOut 1, ON\n");
-    let world = World::parse("w.rhai", "").unwrap();
-    for part in lang::part::PARTS {
-        for engine in [Engine::Rhai, Engine::Vm] {
-            let options = Options { part: *part, rules: Rules::Firmware, ..Options::default() };
-            let run = run_traced(&program, engine, &world, &options);
-            match run {
-                Ok(_) => assert_eq!(part.name, "f5529"),
-                Err(error) => {
-                    assert_ne!(part.name, "f5529");
-                    let text = error.to_string();
-                    assert!(text.contains(part.name) && text.contains("f5529"), "{text}");
-                    assert!(text.contains("--engine board"), "{text}");
-                }
-            }
-        }
+        assert_eq!(run(engine, F5529), wanted, "{engine:?}");
     }
 }
