@@ -218,9 +218,11 @@ fn every_engine_sees_the_same_cell() {
             assert!(own.holds(), "{name} on {engine:?}\n{}", own.table());
             assert_eq!(to_text(&trace), to_text(&machine_trace), "{name} on {engine:?}");
             assert_eq!(shapes(&own), shapes(&machine), "{name} on {engine:?}");
+            // Where a reference switch is found, a millisecond is some steps of way: times count from the first event.
+            let [from, machine_from] = [&own, &machine].map(|report| report.log[0].us);
             for (own, machine) in own.log.iter().zip(&machine.log) {
                 let most = (machine.us as f64 * 0.001).max(5_000.0);
-                let apart = own.us.abs_diff(machine.us) as f64;
+                let apart = (own.us - from).abs_diff(machine.us - machine_from) as f64;
                 assert!(apart <= most, "{name} on {engine:?}: {own:?} {machine:?}");
             }
         }

@@ -46,11 +46,14 @@ impl Native {
         if us >= self.options.limit_us {
             return self.halt(StopReason::Limit);
         }
-        self.press_start(us);
+        // People of a cell come before nobody, as around a board.
+        if self.around.is_none() {
+            self.press_start(us);
+        }
         if !self.is_stuck() {
             self.alive_us = us;
         } else if us - self.alive_us < self.patience_us() {
-        } else if self.cell_presses_start(us) {
+        } else if self.cell_presses_start(us) || self.press_start(us) {
             self.alive_us = us;
         } else {
             self.idle_us = self.alive_us;
@@ -58,18 +61,20 @@ impl Native {
         }
     }
 
-    /// In a world of nobody what waits for Start gets a press.
-    fn press_start(&mut self, us: u64) {
+    /// In a world of nobody what waits for Start gets a press; whether it does now.
+    fn press_start(&mut self, us: u64) -> bool {
         let waits = self.board.controller().session.shown() == RunState::WaitStart as u8;
         if !waits || self.pressed || !self.scene.scenario.is_unattended() {
-            return;
+            return false;
         }
         self.pressed = true;
-        if self.scene.scenario.waits_for_start(us) {
+        let comes = self.scene.scenario.waits_for_start(us);
+        if comes {
             let pc = self.board.controller().pc_of_effect();
             let line = self.board.desk().line_at(pc);
             self.released.push(self.log.shown(line));
         }
+        comes
     }
 
     /// Nothing can happen any more, unless something is on its way through a filter.
