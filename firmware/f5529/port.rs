@@ -270,6 +270,18 @@ impl Pins for F5529 {
         chain::buttons()
     }
     #[inline(always)]
+    fn analog(&self, n: u8) -> u16 {
+        chip::adc::sum(n)
+    }
+    #[inline(always)]
+    fn convert_analog(&self) {
+        chip::adc::convert();
+    }
+    #[inline(always)]
+    fn open_analog(&self, inputs: u8) {
+        chip::adc::open(inputs);
+    }
+    #[inline(always)]
     fn remember_stop(&self, outputs: u16) {
         chip::flash::remember_stop(outputs);
     }

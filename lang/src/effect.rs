@@ -313,6 +313,8 @@ pub enum Unit {
     UmPerS2 = 6,
     /// `st/s2`
     StepsPerS2 = 7,
+    /// `mV`
+    Mv = 8,
 }
 
 /// Built-in functions that look at the machine.
@@ -344,4 +346,6 @@ pub enum Read {
     TimedOut,
     /// `CHARIN()`: takes the last character received, 0 for none.
     CharIn,
+    /// `AIN(n)`: mV at an analog input, 1 to 4.
+    Analog(u8),
 }

@@ -419,6 +419,8 @@ pub enum Look {
     Timer = 8,
     /// `CHARIN`
     CharIn = 9,
+    /// `AIN`, its number less one in the place of the axis
+    Analog = 10,
 }
 
 const fn sum_over(mut sum: u16, bytes: &[u8]) -> u16 {

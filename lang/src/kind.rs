@@ -23,11 +23,13 @@ pub enum Kind {
     Accel,
     /// steps/s2
     StepAccel,
+    /// mV
+    Voltage,
 }
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Kind; 9] = [
+    pub const ALL: [Kind; 10] = [
         Kind::Number,
         Kind::Truth,
         Kind::Length,
@@ -37,6 +39,7 @@ impl Kind {
         Kind::StepRate,
         Kind::Accel,
         Kind::StepAccel,
+        Kind::Voltage,
     ];
 
     /// The name, as `AS` takes it and diagnostics write it.
@@ -51,6 +54,7 @@ impl Kind {
             Kind::StepRate => "StepRate",
             Kind::Accel => "Accel",
             Kind::StepAccel => "StepAccel",
+            Kind::Voltage => "Voltage",
         }
     }
 
@@ -70,6 +74,7 @@ impl Kind {
             Kind::StepRate => Unit::StepsPerS,
             Kind::Accel => Unit::UmPerS2,
             Kind::StepAccel => Unit::StepsPerS2,
+            Kind::Voltage => Unit::Mv,
         }
     }
 }
@@ -92,6 +97,7 @@ impl Unit {
             Unit::StepsPerS => "st/s",
             Unit::UmPerS2 => "um/s2",
             Unit::StepsPerS2 => "st/s2",
+            Unit::Mv => "mV",
         }
     }
 }

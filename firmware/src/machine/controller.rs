@@ -1,5 +1,6 @@
 //! What the board is between two passes of the main loop: a room for all that changes together.
 
+mod analog;
 mod command;
 mod control;
 mod effect;
@@ -21,6 +22,7 @@ mod tick;
 pub mod trace;
 
 pub use effect::{END, Effect, PULSE_BEGUN};
+pub use analog::{Analog, LAST_THRESHOLD};
 pub use events::{Event, PENDING, is_in_handler};
 pub(super) use program::init;
 pub use seek::Plan;

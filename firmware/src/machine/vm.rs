@@ -213,6 +213,11 @@ impl<C: Chip> Vm<C> {
         self.byte(self.pc - 1)
     }
 
+    /// The next operand byte, which stays the next.
+    pub fn next_operand(&self) -> u8 {
+        self.byte(self.pc)
+    }
+
     /// The next operand word.
     pub fn operand_word(&mut self) -> u16 {
         let low = self.operand();

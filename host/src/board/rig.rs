@@ -214,6 +214,7 @@ impl<B: Hardware> Rig<B> {
         for action in actions {
             match action {
                 Action::Input { n, .. } if !self.scene.has_role(n) => self.apply(action),
+                Action::Analog { .. } => self.apply(action),
                 _ => self.first.push(action),
             }
         }

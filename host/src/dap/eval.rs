@@ -184,6 +184,9 @@ impl Scope<'_> {
                 "a board does not show TIMER(): write `t = TIMER()` in the script and watch `t`"
                     .to_owned()
             }),
+            Func::Ain => {
+                Err("AIN() is not shown here: write `v = AIN(n)` in the script and watch `v`".to_owned())
+            }
             Func::Count => match args.first().map(|arg| &arg.kind) {
                 Some(ExprKind::Name(name)) => match self.names.look(self.line, &name.text) {
                     Some(Binding::Table(kinds, values)) => {

@@ -124,6 +124,7 @@ impl Variable {
             Some(Kind::Steps) => ("steps", 1.0),
             Some(Kind::StepRate) => ("steps/s", 1.0),
             Some(Kind::StepAccel) => ("steps/s2", 1.0),
+            Some(Kind::Voltage) => ("V", 0.001),
             Some(Kind::Number | Kind::Truth) | None => ("", 1.0),
         }
     }

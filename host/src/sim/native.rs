@@ -146,6 +146,10 @@ impl Native {
                     self.board.disturb();
                     self.scene.apply(action, &mut self.board.plant_mut());
                 }
+                Action::Analog { .. } => {
+                    self.board.disturb();
+                    self.scene.apply(action, &mut self.board.plant_mut());
+                }
                 _ => self.first.push(action),
             }
         }

@@ -142,6 +142,13 @@ impl Scene {
                 plant.press_stop(down);
                 Rest::Nothing
             }
+            (Action::Analog { n, mv }, _) => {
+                let place = usize::try_from(n - 1).ok();
+                if let Some(input) = place.and_then(|n| plant.analog.get_mut(n)) {
+                    *input = mv;
+                }
+                Rest::Nothing
+            }
             (Action::EmergencyStop, Some(n)) => set_input(n, true, plant),
             (Action::EmergencyStop, None) => Rest::EmergencyStop,
             (Action::Char(c), _) => Rest::Char(c),

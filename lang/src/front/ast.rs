@@ -151,6 +151,8 @@ pub enum StmtKind {
         /// Names and their numbers.
         ports: Vec<(Name, Expr)>,
     },
+    /// `ANALOG vacuum = 1`: names and their numbers.
+    Analog(Vec<(Name, Expr)>),
     /// `DIM a, b(8) AS LENGTH, c AT 3000 LABEL "Pieces" MIN 1 MAX 500`
     Dim(Vec<Variable>),
     /// `KEEP a AS TIME`; neither size nor what belongs to DIM alone is refused here.

@@ -144,6 +144,8 @@ macro_rules! with_plain {
     StepRate "STEPRATE" Soft "AS STEPRATE" "Steps per second: `2000st/s`."
     Accel "ACCEL" Soft "AS ACCEL" "Micrometres per second squared: `250mm/s2`."
     StepAccel "STEPACCEL" Soft "AS STEPACCEL" "Steps per second squared: `25000st/s2`."
+    Voltage "VOLTAGE" Soft "AS VOLTAGE" "Millivolts: `1.2V`, `800mV`."
+    Analog "ANALOG" Soft "ANALOG name = number" "A name for an analog input, counted from 1."
 } };
 }
 
@@ -236,6 +238,7 @@ functions! {
     CharIn "CHARIN" [] "CHARIN()" "Takes the last character received; 0 for none."
     In "IN" [Value] "IN(n)" "State of an input, counted from 1."
     InPort "INPORT" [] "INPORT()" "All inputs as bits, input 1 lowest."
+    Ain "AIN" [Value] "AIN(n)" "Voltage at an analog input, counted from 1; n is a constant."
     Out "OUT" [Value] "OUT(n)" "State of an output, counted from 1."
     Pos "POS" [Axis] "POS(axis)" "Work position, that of the steps made, a Length."
     PosSt "POSST" [Axis] "POSST(axis)" "Machine position in Steps."

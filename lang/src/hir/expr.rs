@@ -117,6 +117,8 @@ pub enum ReadKind {
     TimedOut,
     /// `CHARIN()`
     CharIn,
+    /// `AIN(n)`, 1 to 4
+    Analog(u8),
 }
 
 /// Operators and functions of one operand.

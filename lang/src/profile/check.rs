@@ -1,6 +1,8 @@
 //! What a profile may say: ranges, and each number, name and role once.
 
-use super::{InputRole, OutputRole, Profile, ProfileError, SafeState, Wiring};
+use super::{
+    FIRST_THRESHOLD, InputRole, OutputRole, Profile, ProfileError, SafeState, Wiring,
+};
 use crate::axis::Axis;
 
 impl Profile {
@@ -178,9 +180,18 @@ impl Profile {
             }
         }
         for input in &self.inputs {
-            range("input.n", input.n.into(), 1, self.wiring.inputs().into())?;
+            if !self.has_input(input.n) {
+                range("input.n", input.n.into(), 1, self.wiring.inputs().into())?;
+            }
+            if input.n >= FIRST_THRESHOLD && input.invert {
+                return Err(ProfileError(format!(
+                    "input {}: invert does not go with a threshold; exchange on_mv and off_mv",
+                    input.n
+                )));
+            }
             range("input.filter_ms", input.filter_ms.into(), 1, 50)?;
         }
+        self.check_analog()?;
         self.check_pwm(range)?;
         self.check_roles()?;
         for output in &self.outputs {

@@ -15,6 +15,7 @@ macro_rules! register_rows {
                 STATUS: InputRegisters 1000 + 27, 0;
                 PLACES: InputRegisters 1030 + 24, 0;
                 GOALS: InputRegisters 1060 + 24, 0;
+                ANALOGS: InputRegisters 1090 + 8, 0;
                 PROBE_RESULT_TEXT: InputRegisters 1330 + 12, 0;
                 PROBE_RESULT: InputRegisters 1350 + 12, 0;
                 CNC_STATUS: InputRegisters 3000 + 5, 0;
@@ -39,7 +40,7 @@ macro_rules! register_rows {
             registers {
                 /// Inputs 1..16, bit n-1; input 17 is bit 0 of the next register. Also input bits 0...
                 INPUTS: STATUS + 0;
-                /// Bit 0: input 17, the probe of the chain wiring.
+                /// Bit 0: input 17, the probe of the chain wiring. F5529: bits 1 to 4 inputs 18 to 21, which thresholds make.
                 INPUTS_HIGH: STATUS + 1;
                 /// Low byte: moving, bit per axis; high byte: direction, 1 positive. Also bits 256.., 264...
                 MOVING: STATUS + 16;
@@ -65,6 +66,8 @@ macro_rules! register_rows {
                 TARGETS: GOALS + 0;
                 /// F5529: speeds that axes on their own are to have, steps/s, signed, 32 bits for each axis; 0 at rest and on a path. Exception 2 on the G2553.
                 TARGET_SPEEDS: GOALS + 12;
+                /// F5529: voltage at analog inputs 1 to 4, mV, a register each; the four registers behind them are 0. Exception 2 on the G2553.
+                ANALOG_INPUTS: ANALOGS + 0;
                 /// Free registers of the command buffer: 21 when it takes a command, else 0.
                 COMMAND_ROOM: CNC_STATUS + 0;
                 /// Bit 0 alarm, 2 homing, 3 program running, 4 paused, 5 jog, 6 door, 8 emergency stop.

@@ -6,7 +6,7 @@ use super::clock::RATE;
 use super::reg::{
     P1DIR, P1DS, P1IN, P1OUT, P1REN, P1SEL, P2DIR, P2IE, P2IES, P2IFG, P2IN, P2OUT, P2REN, P2SEL,
     P3DIR, P3OUT, P3REN, P3SEL, P4DIR, P4OUT, P4REN, P4SEL, P5OUT, P5REN, P5SEL, P6DIR, P6DS,
-    P6OUT, P6REN, P6SEL, P7IN, P7OUT, P7REN, P8DIR, P8OUT, P8REN, UCB0BR0, UCB0BR1, UCB0CTL0,
+    P6OUT, P6REN, P6SEL, P7IN, P7OUT, P7REN, P7SEL, P8DIR, P8OUT, P8REN, UCB0BR0, UCB0BR1, UCB0CTL0,
     UCB0CTL1, UCB0RXBUF, UCB0STAT, UCB0TXBUF,
 };
 use core::arch::global_asm;
@@ -32,6 +32,11 @@ const P5_XT2: u8 = pins::mask(&pins::CRYSTAL);
 /// LEDs of the board, which are off.
 const P1_LED: u8 = pins::LEDS[0].mask();
 const P4_LED: u8 = pins::LEDS[1].mask();
+
+/// The first analog input's bit in port 6; the next two follow, the fourth is in port 7.
+const P6_ANALOG: u32 = pins::ANALOG[0].bit as u32;
+const P6_ANALOGS: u8 = pins::ANALOG[0].mask() | pins::ANALOG[1].mask() | pins::ANALOG[2].mask();
+const P7_ANALOG: u8 = pins::ANALOG[3].mask();
 
 /// The probe of the chain wiring among the [`inputs`].
 pub const PROBE: u8 = pins::INPUTS[0].mask();
@@ -60,6 +65,9 @@ const _: () = assert!(
         && pins::DIR[0].port == 6
         && pins::LATCH.port == 1
         && pins::ENABLE.port == 6
+        && pins::ANALOG[0].port == 6
+        && P6_ANALOGS == 7 << P6_ANALOG
+        && pins::ANALOG[3].port == 7
         && pins::INPUTS[0].port == 2
         && pins::mask(&pins::INPUTS) == 0xF0
 );
@@ -238,6 +246,17 @@ pub fn drive_rs485() {
 pub fn open_pwm() {
     P3SEL.raise(P3_PWM | P3_PWM_OFF);
     P3DIR.raise(P3_PWM);
+}
+
+/// Gives analog inputs, bit 0 for A4, their pins, without resistors of the chip.
+pub fn open_analog(inputs: u8) {
+    let six = inputs << P6_ANALOG & P6_ANALOGS;
+    P6REN.clear(six);
+    P6SEL.raise(six);
+    if inputs & 1 << 3 != 0 {
+        P7REN.clear(P7_ANALOG);
+        P7SEL.raise(P7_ANALOG);
+    }
 }
 
 /// Sends a byte to the chain and brings the one that comes.

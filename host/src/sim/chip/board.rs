@@ -86,6 +86,7 @@ impl NativeBoard {
         let record = controller.record.clone();
         desk.set_up(&record);
         controller.motor.pwm.open(&desk, record.more());
+        controller.open_analog();
         controller.motor.power = controller.full_power();
         controller.reset.cause = cause;
         // Stop held at reset: 9600 8N1, address 1, whatever the profile says.

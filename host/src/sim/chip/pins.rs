@@ -88,6 +88,13 @@ impl Pins for Desk {
         };
         u16::from(self.is_low(stop)) | u16::from(self.is_low(start)) << 1
     }
+    fn analog(&self, n: u8) -> u16 {
+        let volts = self.0.plant.borrow().analog;
+        firmware::analog::sample(volts[usize::from(n) % volts.len()].into())
+    }
+    // What is at the pins is read when it is asked for.
+    fn convert_analog(&self) {}
+    fn open_analog(&self, _: u8) {}
     // An erase takes no emergency stop away: the pass after it comes at once.
     fn remember_stop(&self, _: u16) {}
     fn open_pwm(&self, hz: u16) -> (u16, u16) {

@@ -175,6 +175,7 @@ impl Machine {
             Read::Homed(axis) => self.axes.is_homed(axis).into(),
             Read::Timer => self.timer(),
             Read::TimedOut => self.waits.timed_out.into(),
+            Read::Analog(n) => self.analog.read(n),
             Read::CharIn => std::mem::take(&mut self.waits.char_in),
         })
     }

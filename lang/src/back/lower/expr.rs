@@ -91,6 +91,7 @@ impl Lower<'_> {
             ReadKind::Timer => (Look::Timer, 0),
             ReadKind::TimedOut => return self.plain(Op::TimedOut),
             ReadKind::CharIn => (Look::CharIn, 0),
+            ReadKind::Analog(n) => (Look::Analog, n - 1),
         };
         self.look(look, axis);
     }

@@ -32,6 +32,11 @@ impl<'a> Checker<'a> {
                 self.names.predeclare(name, Entity::Port(true, Some(output.n)));
             }
         }
+        for analog in &profile.analogs {
+            if let Some(name) = &analog.name {
+                self.names.predeclare(name, Entity::Analog(Some(analog.n)));
+            }
+        }
         let script = self.script;
         for (i, routine) in script.routines.iter().enumerate() {
             let id = RoutineId(i as u32 + 1);
@@ -106,6 +111,13 @@ impl<'a> Checker<'a> {
                         self.ports.push(hir::Port { output: *output, n, name });
                     }
                     self.declare(name, Entity::Port(*output, n));
+                }
+            }
+            StmtKind::Analog(list) => {
+                for (name, value) in list {
+                    let n = self.plain_constant(value, "ANALOG");
+                    let n = n.filter(|&n| self.check_analog(n, value.span));
+                    self.declare(name, Entity::Analog(n));
                 }
             }
             StmtKind::Dim(variables) => {
@@ -420,7 +432,7 @@ impl<'a> Checker<'a> {
             ExprKind::Literal { .. } | ExprKind::Axis(_) => None,
             ExprKind::Name(name) | ExprKind::Apply(name, _) => {
                 match self.names.look(self.scope, &name.key) {
-                    Some(Entity::Const(..) | Entity::Port(..)) | None => None,
+                    Some(Entity::Const(..) | Entity::Port(..) | Entity::Analog(_)) | None => None,
                     Some(_) => Some((name.span, format!("`{}`", name.text))),
                 }
             }

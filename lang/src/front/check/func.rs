@@ -39,6 +39,7 @@ impl<'a> Checker<'a> {
             Func::Err => plain(hir::ExprKind::Err),
             Func::Erl => plain(hir::ExprKind::Erl),
             Func::In => read(ReadKind::In(Box::new(self.port(args.first()?, false)?))),
+            Func::Ain => read(ReadKind::Analog(self.analog(args.first()?)?)),
             Func::Out => read(ReadKind::Out(Box::new(self.port(args.first()?, true)?))),
             Func::Pos => read(ReadKind::Pos(self.axis_argument(args)?)),
             Func::PosSt => read(ReadKind::PosSteps(self.axis_argument(args)?)),

@@ -376,7 +376,7 @@ impl<'a> Inference<'_, 'a> {
             ExprKind::Axis(_) => Ty::Unknown,
             ExprKind::Name(name) => match self.checker.names.look(self.scope, &name.key) {
                 Some(Entity::Const(kind, _)) => Ty::Known(kind),
-                Some(Entity::Port(..)) => Ty::Known(Kind::Number),
+                Some(Entity::Port(..) | Entity::Analog(_)) => Ty::Known(Kind::Number),
                 Some(Entity::Var(var)) => self.slot(var.0 as usize),
                 Some(Entity::Routine(id)) => self.slot(self.result_slot(id)),
                 Some(Entity::Table(_)) | None => Ty::Unknown,
@@ -481,6 +481,7 @@ pub(super) const fn func_kind(func: Func) -> Kind {
         Func::Pos | Func::Probed | Func::Length => Kind::Length,
         Func::PosSt | Func::ProbedSt | Func::Steps => Kind::Steps,
         Func::Timer => Kind::Time,
+        Func::Ain => Kind::Voltage,
         Func::In | Func::Out | Func::ProbeOk | Func::Moving | Func::Homed | Func::TimedOut => {
             Kind::Truth
         }

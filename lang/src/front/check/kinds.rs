@@ -89,6 +89,7 @@ pub(super) const fn unit_of(kind: Kind) -> &'static str {
         Kind::StepRate => "1st/s",
         Kind::Accel => "1mm/s2",
         Kind::StepAccel => "1st/s2",
+        Kind::Voltage => "1mV",
     }
 }
 

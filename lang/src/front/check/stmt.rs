@@ -97,6 +97,7 @@ impl<'a> Checker<'a> {
         match &stmt.kind {
             StmtKind::Const(_)
             | StmtKind::Port { .. }
+            | StmtKind::Analog(_)
             | StmtKind::Dim(_)
             | StmtKind::Keep(_)
             | StmtKind::Table { .. } => Some((Vec::new(), Then::GoesOn)),
@@ -210,6 +211,9 @@ impl<'a> Checker<'a> {
                     ("the name of an output", "outputs are set by `SetOut name, ON`")
                 }
                 Entity::Port(false, _) => ("the name of an input", "inputs are read: `IN(name)`"),
+                Entity::Analog(_) => {
+                    ("the name of an analog input", "these are read: `AIN(name)`")
+                }
                 Entity::Table(_) => ("a TABLE, which stands in flash", "use an array: `DIM a(8)`"),
                 _ => ("a SUB or FUNCTION", "its value is given by RETURN"),
             };
@@ -413,6 +417,7 @@ pub(super) fn is_declaration(stmt: &Stmt) -> bool {
         stmt.kind,
         StmtKind::Const(_)
             | StmtKind::Port { .. }
+            | StmtKind::Analog(_)
             | StmtKind::Dim(_)
             | StmtKind::Keep(_)
             | StmtKind::Table { .. }

@@ -126,7 +126,7 @@ impl Walk {
         };
         match &stmt.kind {
             StmtKind::Label(name) => self.declare(name, Sort::Label, stmt.span),
-            StmtKind::Const(list) => each(list, Sort::Const),
+            StmtKind::Const(list) | StmtKind::Analog(list) => each(list, Sort::Const),
             StmtKind::Port { output: false, ports } => each(ports, Sort::Input),
             StmtKind::Port { output: true, ports } => each(ports, Sort::Output),
             StmtKind::Dim(list) | StmtKind::Keep(list) => {
@@ -217,6 +217,7 @@ impl Walk {
             StmtKind::Label(_)
             | StmtKind::Const(_)
             | StmtKind::Port { .. }
+            | StmtKind::Analog(_)
             | StmtKind::Dim(_)
             | StmtKind::Keep(_)
             | StmtKind::Table { .. }

@@ -163,6 +163,9 @@ fn named(i: In<'_>) -> Parsed<'_, Piece> {
         return map(call_list, |args| Piece::Stmt(StmtKind::Call { name: name.clone(), args }))
             .parse(rest);
     }
+    if i.tok() == Tok::Kw(Kw::Analog) && !assigns {
+        return map(declare::equations, |list| Piece::Stmt(StmtKind::Analog(list))).parse(i.rest());
+    }
     if !assigns {
         return Err(match next {
             Tok::Bad => i.rest().expected("`=`"),
