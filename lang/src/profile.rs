@@ -252,11 +252,12 @@ fn default_setup() -> u8 {
 }
 
 /// Names and texts of the built-in profiles.
-pub const BUILT_IN: [(&str, &str); 4] = [
+pub const BUILT_IN: [(&str, &str); 5] = [
     ("mill", include_str!("../../examples/profiles/mill.toml")),
     ("charly", include_str!("../../examples/profiles/charly.toml")),
     ("thesis", include_str!("../../examples/profiles/thesis.toml")),
     ("laser", include_str!("../../examples/profiles/laser.toml")),
+    ("picker", include_str!("../../examples/profiles/picker.toml")),
 ];
 
 /// Name of the profile that holds without any other word.

@@ -95,8 +95,8 @@ impl fmt::Display for ClientError {
                  drivers so that STEP is active high, or take a board with an MSP430F5529",
             ),
             ClientError::NoPwm => f.write_str(
-                "this board has no PWM and no RS-485; take [pwm] and [rs485] out of the profile, or a board with \
-                 an MSP430F5529",
+                "this board has no PWM, no RS-485 and no analog inputs; take [pwm], [rs485], [[analog]] and [[threshold]] out of \
+                 the profile, or a board with an MSP430F5529",
             ),
             ClientError::Port(error) => write!(f, "the port failed: {error}"),
             ClientError::Interrupted => f.write_str("Stop came before it"),

@@ -6,7 +6,7 @@ use lang::image::crc_in;
 use lang::isa::FINGERPRINT;
 use lang::part::{G2553, PARTS, Part};
 use lang::profile::Profile;
-use lang::record::{BoardRecord, MoreRecord, RECORD_VERSION};
+use lang::record::{BoardRecord, MoreRecord, RECORD_VERSION, ThresholdRecord};
 use lang::wire;
 use serde::Serialize;
 
@@ -257,6 +257,12 @@ pub fn differences(board: &BoardRecord, wanted: &BoardRecord) -> Vec<&'static st
         (more.pwm_hz, more.pwm_range, more.pwm_minimum, pulses, more.pwm_output, more.pwm_kind)
     };
     compare("PWM", pwm(board) == pwm(wanted));
+    let analog = |record: &BoardRecord| {
+        let mut levels = record.more().thresholds;
+        levels[3].on &= !ThresholdRecord::SPARE;
+        levels
+    };
+    compare("analog inputs", analog(board) == analog(wanted));
     names
 }
 

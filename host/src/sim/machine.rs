@@ -4,8 +4,8 @@
 //! effect; both come back with a [`Step`]. The machine decides when an event handler is due, when
 //! a pause holds everything, and when the run is over; the engine owns the control flow.
 
-pub(crate) mod analog;
-mod axes;
+mod analog;
+pub(crate) mod axes;
 mod books;
 mod buttons;
 mod clock;

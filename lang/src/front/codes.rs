@@ -142,7 +142,7 @@ codes! {
     AboveTop "M005" Warning "a speed, acceleration or feed above what the axes reach" "The axis runs at its top, a path as fast as its axes can."
     OutsideTravel "M006" Warning "a target outside the travel" "Soft limits hold for axes that are homed."
     ProbeTooFast "M007" Warning "a probe speed that a shift register can not follow" "It is sampled each ms, exact up to 1000 st/s."
-    UnknownProfile "M008" Error "a profile that does not exist" "Built in are mill, charly, thesis, laser; a file is given by --profile."
+    UnknownProfile "M008" Error "a profile that does not exist" "Built in are mill, charly, thesis, laser, picker; a file is given by --profile."
     OffAtEnd "M009" Warning "an output that the end of the run switches off at once" "At END each output takes the state that the profile's `end` names: off, if it names none."
 }
 

@@ -28,9 +28,9 @@ impl Analog {
         self.on
     }
 
-    #[cfg(any(test, feature = "physics"))]
     /// Whether nothing changes as long as the samples stay these.
-    pub(super) fn is_settled(&self, sample: impl Fn(u8) -> u16, used: u8) -> bool {
+    #[cfg(any(test, feature = "physics"))]
+    fn is_settled(&self, sample: impl Fn(u8) -> u16, used: u8) -> bool {
         (0..).zip(self.values).all(|(n, value)| used >> n & 1 == 0 || sample(n) == value)
     }
 }
@@ -76,6 +76,12 @@ impl<C: Chip> Controller<C> {
             }
         }
         self.chip.convert_analog();
+    }
+
+    /// Whether no analog input is on its way through its filter.
+    #[cfg(any(test, feature = "physics"))]
+    pub fn analog_is_settled(&self) -> bool {
+        self.io.analog.is_settled(|n| self.chip.analog(n), self.analog_used())
     }
 
     /// The voltage at an analog input, from 0, mV.

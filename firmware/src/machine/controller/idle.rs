@@ -52,7 +52,7 @@ impl<C: Chip> Controller<C> {
             && self.emergency_now() == 0
             && settled(&self.io.inputs, self.io.raw)
             && self.io.buttons.is_settled()
-            && self.io.analog.is_settled(|n| self.chip.analog(n), self.analog_used())
+            && self.analog_is_settled()
             && self.library.shown == 0;
         let executes = session.executes();
         let stands = match session.state {

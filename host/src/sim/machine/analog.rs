@@ -76,7 +76,7 @@ impl Analog {
     /// `AIN(n)`, mV.
     pub fn read(&self, n: u8) -> i32 {
         let place = usize::from(n.wrapping_sub(1)) % ANALOGS;
-        let divided = |a, b, c| (u64::from::<u32>(a) * u64::from::<u32>(b) / u64::from::<u32>(c)) as u32;
+        let divided = |a: u32, b: u32, c: u32| (u64::from(a) * u64::from(b) / u64::from(c)) as u32;
         millivolts(self.values[place], divided).into()
     }
 }

@@ -82,6 +82,7 @@ impl Native {
         self.scene.scenario.next_us().is_none()
             && controller.motor.rests()
             && controller.clock.spin == 0
+            && controller.analog_is_settled()
             && (session.is(RunState::Paused)
                 || session.executes() && program.effect.phase != 0 && waits && !every)
     }
