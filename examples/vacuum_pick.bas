@@ -24,8 +24,8 @@ FOR part = 0 TO 4
     PRINT "pocket "; part; " is empty"
     CONTINUE FOR
   END IF
-  best = AIN(pressure)
   MoveAxe Z, 0mm
+  best = AIN(pressure)
   G0 X[BELT_X] Y60
   IF held_now() THEN
     MoveAxe Z, PLACE, 40mm/s
@@ -46,5 +46,5 @@ FUNCTION held_now() AS TRUTH
 END FUNCTION
 
 dropped:
-  IF OUT(vacuum) THEN lost = lost + 1
-  RETURN
+IF OUT(vacuum) THEN lost = lost + 1
+RETURN

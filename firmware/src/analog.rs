@@ -8,6 +8,10 @@ use lang::record::ThresholdRecord;
 
 /// Analog inputs.
 pub const ANALOGS: usize = 4;
+/// The input that the first threshold makes.
+pub const FIRST_THRESHOLD: u8 = 18;
+/// The one that the last makes.
+pub const LAST_THRESHOLD: u8 = FIRST_THRESHOLD + ANALOGS as u8 - 1;
 /// The greatest sample.
 pub const FULL: u16 = 4 * 4095;
 /// Voltage of the greatest sample, mV.
@@ -48,10 +52,25 @@ pub fn crosses(levels: ThresholdRecord, value: u16, was: bool) -> bool {
     let at = |level: u16| u32::from(level & ThresholdRecord::LEVEL) * DOWN;
     let (on, off) = (at(levels.on), at(levels.off));
     // A value of so many mV lies within [mv, mv + 1) here.
-    if on > off {
-        mv >= on || was && mv >= off + DOWN
-    } else {
-        mv < on + DOWN || was && mv < off
+    if on > off { mv >= on || was && mv >= off + DOWN } else { mv < on + DOWN || was && mv < off }
+}
+
+/// Analog inputs, from 0.
+#[derive(Default)]
+pub struct Analog {
+    /// Their filtered values.
+    pub values: [u16; ANALOGS],
+    /// Inputs that thresholds make and that are on, 18 in bit 0.
+    pub on: u8,
+    /// They have been sampled: the first value is taken as it is.
+    pub begun: bool,
+}
+
+#[cfg(any(test, feature = "physics"))]
+impl Analog {
+    /// Whether nothing changes as long as the samples stay these.
+    pub fn is_settled(&self, sample: impl Fn(u8) -> u16, used: u8) -> bool {
+        (0..).zip(self.values).all(|(n, value)| used >> n & 1 == 0 || sample(n) == value)
     }
 }
 

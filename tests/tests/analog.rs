@@ -19,7 +19,8 @@ fn program(profile: &Profile, script: &str) -> Program {
 
 /// The traces of a script by its engines, each with its name.
 fn traces(profile: &Profile, script: &str, world: &str) -> Vec<(String, Vec<Event>)> {
-    let (program, world) = (program(profile, script), World::parse("w.rhai", world).expect("a world"));
+    let (program, world) =
+        (program(profile, script), World::parse("w.rhai", world).expect("a world"));
     let mut all = Vec::new();
     for rules in [Rules::Model, Rules::Firmware] {
         for engine in [Engine::Rhai, Engine::Vm] {
@@ -32,7 +33,8 @@ fn traces(profile: &Profile, script: &str, world: &str) -> Vec<(String, Vec<Even
     let compiled = lang::back::compile(&program).expect("an image");
     let native = run_native_traced(DEFAULT, &program, &compiled, &world, &options);
     all.push(("the machine without an emulator".to_owned(), native.expect("a run").1));
-    let run = engine::run_traced(DEFAULT, &program, &compiled.image, &compiled.sidecar, &world, &options);
+    let run =
+        engine::run_traced(DEFAULT, &program, &compiled.image, &compiled.sidecar, &world, &options);
     all.push(("the board".to_owned(), run.expect("a run").1));
     all
 }
@@ -61,20 +63,30 @@ fn picker() -> Profile {
 
 /// Four analog inputs with filters, and four thresholds of both directions, one of them with a role.
 fn bench() -> Profile {
+    Profile::parse(&bench_text()).expect("a profile")
+}
+
+fn bench_text() -> String {
     let mut text = include_str!("../../examples/profiles/mill.toml").to_owned();
     for (n, filter) in [(1, 1), (2, 2), (3, 16), (4, 32)] {
         text += &format!("[[analog]]\nn = {n}\nfilter_ms = {filter}\n");
     }
-    for (input, analog, on, off) in [(18, 1, 2000, 1000), (19, 2, 500, 900), (20, 3, 3300, 0), (21, 4, 0, 1)] {
-        text += &format!("[[threshold]]\ninput = {input}\nanalog = {analog}\non_mv = {on}\noff_mv = {off}\n");
+    for (input, analog, on, off) in
+        [(18, 1, 2000, 1000), (19, 2, 500, 900), (20, 3, 3300, 0), (21, 4, 0, 1)]
+    {
+        text += &format!(
+            "[[threshold]]\ninput = {input}\nanalog = {analog}\non_mv = {on}\noff_mv = {off}\n"
+        );
     }
-    Profile::parse(&text).expect("a profile")
+    text
 }
 
 #[test]
 fn a_voltage_is_read_to_the_millivolt_by_every_engine() {
     let script = "PRINT AIN(1); \" \"; AIN(2); \" \"; AIN(3); \" \"; AIN(4)\n";
-    for volts in [[0, 1, 2, 3], [799, 800, 801, 1650], [3300, 3299, 3298, 0], [1234, 2345, 17, 3000]] {
+    for volts in
+        [[0, 1, 2, 3], [799, 800, 801, 1650], [3300, 3299, 3298, 0], [1234, 2345, 17, 3000]]
+    {
         let world: String =
             (1..).zip(volts).map(|(n, mv): (i32, i32)| format!("set_ain({n}, {mv});")).collect();
         let [a, b, c, d] = volts;
@@ -110,7 +122,8 @@ fn a_threshold_is_an_input_like_any_other() {
 
 #[test]
 fn a_probe_and_a_hold_work_by_a_voltage() {
-    let script = "Probe X, 20mm, 10mm/s, 18, ON\nPRINT PROBEOK(X)\nMoveAxe X, 0mm\nPRINT \"home\"\n";
+    let script =
+        "Probe X, 20mm, 10mm/s, 18, ON\nPRINT PROBEOK(X)\nMoveAxe X, 0mm\nPRINT \"home\"\n";
     let mut profile = bench();
     let world = "at(900, || set_ain(1, 2500)); at(2000, || set_ain(1, 0));";
     for (name, events) in traces(&profile, script, world) {
@@ -123,7 +136,7 @@ fn a_probe_and_a_hold_work_by_a_voltage() {
         let caught = caught.unwrap_or_else(|| panic!("{name}: it answers"));
         assert!((850..=905).contains(&caught), "{name}: {caught}");
     }
-    let text = toml::to_string(&profile).expect("text") + "\n[[input]]\nn = 18\nrole = \"hold\"\n";
+    let text = bench_text() + "\n[[input]]\nn = 18\nrole = \"hold\"\n";
     profile = Profile::parse(&text).expect("with a role");
     let script = "MoveAxe X, 10mm, 10mm/s\nPRINT \"there\"\n";
     let world = "at(300, || set_ain(1, 2500)); at(2300, || { set_ain(1, 0); after(50, || press_start()); });";
@@ -133,7 +146,10 @@ fn a_probe_and_a_hold_work_by_a_voltage() {
             _ => None,
         });
         let us = us.unwrap_or_else(|| panic!("{name}: it arrives"));
-        assert!((3_000_000..3_200_000).contains(&us), "{name}: held for two seconds, there after {us} us");
+        assert!(
+            (3_000_000..3_200_000).contains(&us),
+            "{name}: held for two seconds, there after {us} us"
+        );
     }
 }
 
@@ -179,7 +195,8 @@ fn what_a_part_or_a_profile_lacks_is_named() {
     assert!(told("picker", "PRINT AIN(held)\n").contains("`held` is an input"));
     assert!(told("picker", "WaitIn 19, ON\n").contains("its inputs are 1 to 17, 18"));
     assert!(told("picker", "IF AIN(1) > 5 THEN PRINT 1\n").contains("1.2V"));
-    let compiled = lang::back::compile(&program(&picker(), "PRINT AIN(pressure)\n")).expect("an image");
+    let compiled =
+        lang::back::compile(&program(&picker(), "PRINT AIN(pressure)\n")).expect("an image");
     let image = lang::image::Image::new(&compiled.image).expect("sound");
     let signals = lang::part::Signals::from(&picker());
     let lack = lang::part::G2553.lacks(&image, signals).expect("no converter");

@@ -22,7 +22,6 @@ mod tick;
 pub mod trace;
 
 pub use effect::{END, Effect, PULSE_BEGUN};
-pub use analog::{Analog, LAST_THRESHOLD};
 pub use events::{Event, PENDING, is_in_handler};
 pub(super) use program::init;
 pub use seek::Plan;

@@ -7,8 +7,9 @@ mod leaves;
 mod looks;
 mod print;
 
+use crate::analog::LAST_THRESHOLD;
 use crate::machine::chip::Chip;
-use crate::machine::controller::{Controller, END, Event, LAST_THRESHOLD, PENDING};
+use crate::machine::controller::{Controller, END, Event, PENDING};
 use crate::machine::motor::AXES;
 use crate::rules::{Progress, axes, effects, moves, probe, session};
 use lang::fault::Fault;
@@ -133,7 +134,8 @@ impl<C: Chip> Controller<C> {
                 self.program.events[slot] = Event { kind: 3, n: 1, period: value, left: value };
             }
             flags::ON_RISE | flags::ON_FALL => {
-                if !(1..=i32::from(LAST_THRESHOLD)).contains(&value) || !self.has_input(value as u8) {
+                if !(1..=i32::from(LAST_THRESHOLD)).contains(&value) || !self.has_input(value as u8)
+                {
                     return Err(Fault::ValueRange);
                 }
                 let kind = if kind == flags::ON_RISE { 1 } else { 2 };

@@ -168,7 +168,7 @@ impl<C: Chip> Controller<C> {
     fn status(&mut self, address: u16) -> u16 {
         match address {
             INPUTS => self.io.inputs.levels(),
-            INPUTS_HIGH => status::probe_input(self) | u16::from(self.io.analog.on()) << 1,
+            INPUTS_HIGH => status::probe_input(self) | u16::from(self.io.analog.on) << 1,
             MOVING => {
                 let direction = !self.motor.negative & 0b111;
                 u16::from_le_bytes([self.motor.moving(), direction])

@@ -185,7 +185,8 @@ impl Scope<'_> {
                     .to_owned()
             }),
             Func::Ain => {
-                Err("AIN() is not shown here: write `v = AIN(n)` in the script and watch `v`".to_owned())
+                Err("AIN() is not shown here: write `v = AIN(n)` in the script and watch `v`"
+                    .to_owned())
             }
             Func::Count => match args.first().map(|arg| &arg.kind) {
                 Some(ExprKind::Name(name)) => match self.names.look(self.line, &name.text) {

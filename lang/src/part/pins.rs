@@ -132,7 +132,11 @@ pub const ROWS: &[Row] = &[
     row(&RS485, "RS-485 transmit, receive", SAME),
     row(&[DRIVE], "RS-485: high while it drives", SAME),
     row(&[PWM], "PWM of a [laser, spindle or servo](../host/profiles.md#the-pwm-pwm)", SAME),
-    row(&ANALOG, "analog inputs 1 to 4 of [`AIN`](../lang/README.md#analog-inputs), 0 to 3.3 V", SAME),
+    row(
+        &ANALOG,
+        "analog inputs 1 to 4 of [`AIN`](../lang/README.md#analog-inputs), 0 to 3.3 V",
+        SAME,
+    ),
     row(&[PWM_OFF], "high lets go of the PWM's pin", SAME),
     row(&LINK, "UART transmit, receive: the back channel of the board's USB", SAME),
 ];

@@ -71,7 +71,9 @@ impl Profile {
                 return refuse(format!("analog.n is {n}; it must lie in 1..{ANALOGS}"));
             }
             if self.analogs[..at].iter().any(|other| other.n == n) {
-                return refuse(format!("two [[analog]] have n = {n}; write one section with all of its keys"));
+                return refuse(format!(
+                    "two [[analog]] have n = {n}; write one section with all of its keys"
+                ));
             }
             if !FILTERS_MS.contains(&analog.filter_ms) {
                 return refuse(format!(
@@ -80,12 +82,16 @@ impl Profile {
                 ));
             }
             if let Some(name) = &analog.name {
-                let same = |other: &Option<String>| other.as_ref().is_some_and(|o| o.eq_ignore_ascii_case(name));
+                let same = |other: &Option<String>| {
+                    other.as_ref().is_some_and(|o| o.eq_ignore_ascii_case(name))
+                };
                 let taken = self.analogs[..at].iter().any(|other| same(&other.name))
                     || self.inputs.iter().any(|other| same(&other.name))
                     || self.outputs.iter().any(|other| same(&other.name));
                 if taken {
-                    return refuse(format!("analog {n}: the name {name:?} is given twice; give one of them another"));
+                    return refuse(format!(
+                        "analog {n}: the name {name:?} is given twice; give one of them another"
+                    ));
                 }
             }
         }
@@ -97,7 +103,9 @@ impl Profile {
                 ));
             }
             if self.thresholds[..at].iter().any(|other| other.input == input) {
-                return refuse(format!("two [[threshold]] make input {input}; take another number for one of them"));
+                return refuse(format!(
+                    "two [[threshold]] make input {input}; take another number for one of them"
+                ));
             }
             if !self.analogs.iter().any(|other| other.n == analog) {
                 return refuse(format!(
@@ -106,7 +114,9 @@ impl Profile {
             }
             for (key, mv) in [("on_mv", on_mv), ("off_mv", off_mv)] {
                 if !(0..=HIGHEST_MV).contains(&mv) {
-                    return refuse(format!("threshold of input {input}: {key} is {mv}; it must lie in 0..{HIGHEST_MV}"));
+                    return refuse(format!(
+                        "threshold of input {input}: {key} is {mv}; it must lie in 0..{HIGHEST_MV}"
+                    ));
                 }
             }
             if on_mv == off_mv {
@@ -139,7 +149,10 @@ mod tests {
         let head = BoardRecord::from_bytes(&record.to_bytes());
         let more = MoreRecord::from_bytes(&record.more.to_bytes());
         let again = BoardRecord { more, ..head }.into_profile(&profile);
-        assert_eq!((again.analogs, again.thresholds), (profile.analogs.clone(), profile.thresholds.clone()));
+        assert_eq!(
+            (again.analogs, again.thresholds),
+            (profile.analogs.clone(), profile.thresholds.clone())
+        );
         assert!(profile.has_input(18) && !profile.has_input(19) && !profile.has_input(0));
         let plain = with("").expect("the mill");
         assert_eq!(BoardRecord::of(&plain, 3).more_crc, 0, "nothing of it, no second record");
@@ -155,7 +168,8 @@ mod tests {
         assert!(change("analog = 2", "analog = 1").contains("[[analog]] with n = 1"));
         assert!(change("on_mv = 1200", "on_mv = 3301").contains("0..3300"));
         assert!(change("on_mv = 1200", "on_mv = 1400").contains("set them apart"));
-        let twice = PUMP.to_owned() + "\n[[threshold]]\ninput = 18\nanalog = 4\non_mv = 5\noff_mv = 1\n";
+        let twice =
+            PUMP.to_owned() + "\n[[threshold]]\ninput = 18\nanalog = 4\non_mv = 5\noff_mv = 1\n";
         assert!(with(&twice).expect_err("twice").contains("two [[threshold]]"));
     }
 }

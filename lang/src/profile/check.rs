@@ -1,8 +1,6 @@
 //! What a profile may say: ranges, and each number, name and role once.
 
-use super::{
-    FIRST_THRESHOLD, InputRole, OutputRole, Profile, ProfileError, SafeState, Wiring,
-};
+use super::{FIRST_THRESHOLD, InputRole, OutputRole, Profile, ProfileError, SafeState, Wiring};
 use crate::axis::Axis;
 
 impl Profile {

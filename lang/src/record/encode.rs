@@ -6,8 +6,8 @@ use super::{
 };
 use crate::axis::Axis;
 use crate::profile::{
-    AxisProfile, FIRST_THRESHOLD, Direction, InputRole, Output, OutputRole, Parity, Profile, PwmKind, SafeState,
-    Wiring,
+    AxisProfile, Direction, FIRST_THRESHOLD, InputRole, Output, OutputRole, Parity, Profile,
+    PwmKind, SafeState, Wiring,
 };
 use crate::wire::{CRC_START, crc16};
 
@@ -333,7 +333,8 @@ fn thresholds(profile: &Profile) -> [ThresholdRecord; 4] {
     core::array::from_fn(|place| {
         let at = place as i32;
         let mut record = ThresholdRecord::default();
-        if let Some(threshold) = profile.thresholds.iter().find(|t| t.input == FIRST_THRESHOLD + at) {
+        if let Some(threshold) = profile.thresholds.iter().find(|t| t.input == FIRST_THRESHOLD + at)
+        {
             let analog = u16::try_from(threshold.analog).unwrap_or(0);
             record.on = level(threshold.on_mv) | analog << ThresholdRecord::ABOVE;
             record.off = level(threshold.off_mv);

@@ -16,12 +16,14 @@ const SECTIONS: [(&str, &str); 8] = [
     ("## The serial link", "link"),
     ("## Inputs", "input"),
     ("## Outputs", "output"),
+    ("## Analog", "analog"),
+    ("## Thresholds", "threshold"),
     ("## The PWM", "pwm"),
     ("## RS-485", "rs485"),
 ];
 /// Keys of a section that hold sections of their own.
 const INNER: [(&str, &[&str]); 2] = [
-    ("", &["x", "y", "z", "run", "link", "rs485", "pwm", "input", "output"]),
+    ("", &["x", "y", "z", "run", "link", "rs485", "pwm", "input", "output", "analog", "threshold"]),
     ("x", &["scale", "home"]),
 ];
 

@@ -1,39 +1,10 @@
 //! Analog inputs as the program and the roles of the profile see them.
 
 use super::Controller;
-use crate::analog::{ANALOGS, crosses, filtered, millivolts};
+use crate::analog::{ANALOGS, FIRST_THRESHOLD, LAST_THRESHOLD, crosses, filtered, millivolts};
 use crate::machine::chip::Chip;
 use lang::isa::Look;
 use lang::record::ThresholdRecord;
-
-/// The input that the first threshold makes.
-pub const FIRST_THRESHOLD: u8 = 18;
-/// The one that the last makes.
-pub const LAST_THRESHOLD: u8 = FIRST_THRESHOLD + ANALOGS as u8 - 1;
-
-/// Analog inputs, from 0.
-#[derive(Default)]
-pub struct Analog {
-    /// Their filtered values.
-    values: [u16; ANALOGS],
-    /// Inputs that thresholds make, 18 in bit 0.
-    on: u8,
-    /// They have been sampled: the first value is taken as it is.
-    begun: bool,
-}
-
-impl Analog {
-    /// Inputs that thresholds make and that are on, 18 in bit 0.
-    pub fn on(&self) -> u8 {
-        self.on
-    }
-
-    /// Whether nothing changes as long as the samples stay these.
-    #[cfg(any(test, feature = "physics"))]
-    fn is_settled(&self, sample: impl Fn(u8) -> u16, used: u8) -> bool {
-        (0..).zip(self.values).all(|(n, value)| used >> n & 1 == 0 || sample(n) == value)
-    }
-}
 
 impl<C: Chip> Controller<C> {
     /// The analog inputs that the profile uses, as bits from 0.

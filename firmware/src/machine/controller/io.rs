@@ -1,7 +1,7 @@
 //! Inputs and outputs as the program and the roles of the profile see them.
 
 use super::Controller;
-use super::analog::{Analog, FIRST_THRESHOLD, LAST_THRESHOLD};
+use crate::analog::{Analog, FIRST_THRESHOLD, LAST_THRESHOLD};
 use crate::inputs::Inputs;
 use crate::machine::chip::Chip;
 use lang::record::BoardRecord;
@@ -60,7 +60,9 @@ impl<C: Chip> Controller<C> {
         match n {
             1..=16 => self.io.inputs.levels() >> (n - 1) & 1 != 0,
             17 if self.chained() => self.chip.probe() != (self.record.input_invert_high != 0),
-            FIRST_THRESHOLD..=LAST_THRESHOLD => self.io.analog.on() >> (n - FIRST_THRESHOLD) & 1 != 0,
+            FIRST_THRESHOLD..=LAST_THRESHOLD => {
+                self.io.analog.on >> (n - FIRST_THRESHOLD) & 1 != 0
+            }
             _ => false,
         }
     }

@@ -58,7 +58,7 @@ impl<C: Chip> Controller<C> {
     fn millisecond(&mut self) {
         let before = self.io.inputs.levels();
         let raw = self.exchange();
-        let crossed = self.io.analog.on();
+        let crossed = self.io.analog.on;
         self.sample_analog();
         self.limits();
         self.chip.look_after_clock();
@@ -139,7 +139,7 @@ impl<C: Chip> Controller<C> {
         }
         let high = |probe: bool, crossed: u8| u32::from(probe) << 16 | u32::from(crossed) << 17;
         let was = u32::from(before) | high(probe_was, crossed);
-        let is = u32::from(now) | high(self.io.probe, self.io.analog.on());
+        let is = u32::from(now) | high(self.io.probe, self.io.analog.on);
         self.program.listen(self.session.executes(), is & !was, was & !is);
     }
 

@@ -1,7 +1,8 @@
 //! What the rules of effects look at and change.
 
+use crate::analog::LAST_THRESHOLD;
 use crate::machine::chip::Chip;
-use crate::machine::controller::{Controller, LAST_THRESHOLD, PULSE_BEGUN};
+use crate::machine::controller::{Controller, PULSE_BEGUN};
 use crate::rules::effects::Effects;
 use lang::fault::Fault;
 use lang::isa::flags;

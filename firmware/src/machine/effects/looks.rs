@@ -92,7 +92,7 @@ impl<C: Chip> Moves for Controller<C> {
     }
     fn port(&self) -> i32 {
         let wired = i32::from(self.io.inputs.levels()) | i32::from(self.input(17)) << 16;
-        wired | i32::from(self.io.analog.on()) << 17
+        wired | i32::from(self.io.analog.on) << 17
     }
     fn timer(&self) -> i32 {
         self.program.timer

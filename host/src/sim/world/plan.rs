@@ -136,7 +136,8 @@ impl Plan {
     /// # Errors
     /// There are too many things planned.
     pub fn ramp(&mut self, n: i32, mv: u16, time_us: u64) -> Result<(), String> {
-        let Some(place) = usize::try_from(n - 1).ok().filter(|place| *place < self.ramps.len()) else {
+        let Some(place) = usize::try_from(n - 1).ok().filter(|place| *place < self.ramps.len())
+        else {
             return Ok(());
         };
         let (now, old) = (self.now_us, self.ramps[place]);

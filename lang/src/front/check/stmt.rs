@@ -211,9 +211,7 @@ impl<'a> Checker<'a> {
                     ("the name of an output", "outputs are set by `SetOut name, ON`")
                 }
                 Entity::Port(false, _) => ("the name of an input", "inputs are read: `IN(name)`"),
-                Entity::Analog(_) => {
-                    ("the name of an analog input", "these are read: `AIN(name)`")
-                }
+                Entity::Analog(_) => ("the name of an analog input", "these are read: `AIN(name)`"),
                 Entity::Table(_) => ("a TABLE, which stands in flash", "use an array: `DIM a(8)`"),
                 _ => ("a SUB or FUNCTION", "its value is given by RETURN"),
             };

@@ -23,13 +23,8 @@ const WDT_KEY: u16 = 0x5A00;
 const RCCTL0: u16 = 0x0158;
 /// Modules that the firmware leaves alone: writes of their off state are accepted, nothing else is
 /// modelled. REF, RTC, DMA, COMP_B, USB.
-const ABSENT: [std::ops::Range<u16>; 5] = [
-    0x01B0..0x01B2,
-    0x04A0..0x04BC,
-    0x0500..0x0530,
-    0x08C0..0x08D0,
-    0x0900..0x0980,
-];
+const ABSENT: [std::ops::Range<u16>; 5] =
+    [0x01B0..0x01B2, 0x04A0..0x04BC, 0x0500..0x0530, 0x08C0..0x08D0, 0x0900..0x0980];
 
 /// The timer and the offset of a register in it.
 fn timer_at(addr: u16) -> Option<(usize, u16)> {

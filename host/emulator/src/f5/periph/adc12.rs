@@ -72,7 +72,8 @@ impl Adc12 {
             0x00 => {
                 let value = self.ctl[0] & !mask | value & mask;
                 // While ENC is set the rest stands.
-                let kept = if open { value } else { self.ctl[0] & !(ENC | SC) | value & (ENC | SC) };
+                let kept =
+                    if open { value } else { self.ctl[0] & !(ENC | SC) | value & (ENC | SC) };
                 self.ctl[0] = kept & !SC;
                 let starts = kept & (SC | ENC | ON) == SC | ENC | ON && self.next == NEVER;
                 if starts {
