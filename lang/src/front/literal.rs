@@ -167,6 +167,17 @@ pub fn unit_length(rest: &str) -> Option<usize> {
     UNITS.iter().find(fits).map(|u| u.text.len())
 }
 
+/// A number as the lexer cut it out, in the formatter's style: its unit as the table has it, all else in small letters.
+pub fn spelled(text: &str) -> String {
+    let plain = |b: u8| b.is_ascii_digit() || b == b'_' || b == b'.';
+    let end = text.bytes().position(|b| !plain(b)).unwrap_or(text.len());
+    let (digits, suffix) = text.split_at(end);
+    match UNITS.iter().find(|unit| unit.text.eq_ignore_ascii_case(suffix)) {
+        Some(unit) => format!("{digits}{}", unit.text),
+        None => text.to_ascii_lowercase(),
+    }
+}
+
 /// Whether a byte may stand inside a name.
 pub fn is_name_byte(b: u8) -> bool {
     b.is_ascii_alphanumeric() || b == b'_'

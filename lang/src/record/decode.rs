@@ -262,7 +262,9 @@ mod tests {
         for (name, _) in BUILT_IN {
             let profile = Profile::built_in(name).unwrap();
             let record = BoardRecord::of(&profile, 7);
-            assert_eq!(BoardRecord::from_bytes(&record.to_bytes()), record);
+            let more = MoreRecord::from_bytes(&record.more.to_bytes());
+            let head = BoardRecord::from_bytes(&record.to_bytes());
+            assert_eq!(BoardRecord { more, ..head }, record);
             assert_eq!(BoardRecord::of(&record.into_profile(&profile), 7), record);
         }
     }

@@ -9,7 +9,7 @@ use toml::{Table, Value};
 const PAGE: &str = include_str!("../../../host/profiles.md");
 
 /// Heading and the place of its keys in a file.
-const SECTIONS: [(&str, &str); 8] = [
+const SECTIONS: [(&str, &str); 10] = [
     ("## The machine", ""),
     ("## An axis", "x"),
     ("## Start, Stop", "run"),

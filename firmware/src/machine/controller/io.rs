@@ -60,9 +60,7 @@ impl<C: Chip> Controller<C> {
         match n {
             1..=16 => self.io.inputs.levels() >> (n - 1) & 1 != 0,
             17 if self.chained() => self.chip.probe() != (self.record.input_invert_high != 0),
-            FIRST_THRESHOLD..=LAST_THRESHOLD => {
-                self.io.analog.on >> (n - FIRST_THRESHOLD) & 1 != 0
-            }
+            FIRST_THRESHOLD..=LAST_THRESHOLD => self.io.analog.on >> (n - FIRST_THRESHOLD) & 1 != 0,
             _ => false,
         }
     }
