@@ -313,6 +313,22 @@ pub enum Unit {
     UmPerS2 = 6,
     /// `st/s2`
     StepsPerS2 = 7,
+    /// `mm`; from here on decimals ([`crate::show`]).
+    Mm = 8,
+    /// `in`
+    Inch = 9,
+    /// `s`
+    Second = 10,
+    /// `min`
+    Minute = 11,
+    /// `mm/s`
+    MmPerS = 12,
+    /// `mm/min`
+    MmPerMin = 13,
+    /// `in/min`
+    InchPerMin = 14,
+    /// `mm/s2`
+    MmPerS2 = 15,
 }
 
 /// Built-in functions that look at the machine.

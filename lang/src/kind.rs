@@ -79,19 +79,3 @@ impl core::fmt::Display for Kind {
         f.write_str(self.name())
     }
 }
-
-impl Unit {
-    /// The suffix, empty for [`Unit::None`].
-    pub const fn suffix(self) -> &'static str {
-        match self {
-            Unit::None => "",
-            Unit::Um => "um",
-            Unit::Steps => "st",
-            Unit::Ms => "ms",
-            Unit::UmPerS => "um/s",
-            Unit::StepsPerS => "st/s",
-            Unit::UmPerS2 => "um/s2",
-            Unit::StepsPerS2 => "st/s2",
-        }
-    }
-}

@@ -28,7 +28,7 @@ pub fn eval(text: &str, line: u32, names: &Names, at: &Snapshot) -> Result<Value
         [stmt] => match &stmt.kind {
             StmtKind::Machine(machine) => match &**machine {
                 Machine::Print(parts) => match &parts[..] {
-                    [PrintPart::Value(expr)] => Some(expr),
+                    [PrintPart::Value(expr, None)] => Some(expr),
                     _ => None,
                 },
                 _ => None,

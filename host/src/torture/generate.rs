@@ -381,10 +381,11 @@ impl Writer<'_> {
                 self.line(&format!("{name} = {name} {step}"));
             }
             8 | 9 => {
-                let value = match self.tape.pick(4) {
+                let value = match self.tape.pick(6) {
                     0 => self.length(1),
                     1 => self.steps(),
                     2 => self.truth(1),
+                    3 | 4 => self.shown(),
                     _ => self.number(2),
                 };
                 self.line(&format!("PRINT \"p\"; {value}"));

@@ -12,7 +12,7 @@ pub use machine::{InputState, Machine};
 use super::literal::Decimal;
 use super::span::Span;
 use crate::axis::Axis;
-use crate::effect::Want;
+use crate::effect::{Unit, Want};
 use crate::kind::Kind;
 use core::fmt;
 use std::collections::BTreeSet;
@@ -364,8 +364,17 @@ pub enum Enclosing {
 pub enum PrintPart {
     /// A quoted text.
     Text(Text),
-    /// A value.
-    Value(Expr),
+    /// A value, with the unit behind its `IN`.
+    Value(Expr, Option<ShownIn>),
+}
+
+/// `IN unit` of a PRINT.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShownIn {
+    /// The unit.
+    pub unit: Unit,
+    /// Its text.
+    pub span: Span,
 }
 
 /// A word of a G-code block.

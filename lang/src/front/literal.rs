@@ -165,6 +165,16 @@ pub fn unit_length(rest: &str) -> Option<usize> {
     UNITS.iter().find(fits).map(|u| u.text.len())
 }
 
+/// Length of the unit of a PRINT that `rest` begins with and that no name character follows.
+pub fn shown_length(rest: &str) -> Option<usize> {
+    let fits = |unit: &str| {
+        rest.get(..unit.len()).is_some_and(|text| text.eq_ignore_ascii_case(unit))
+            && !rest.as_bytes().get(unit.len()).is_some_and(|&b| is_name_byte(b) || b == b'/')
+    };
+    let units = crate::effect::Unit::ALL.map(crate::effect::Unit::suffix);
+    units.into_iter().find(|unit| fits(unit)).map(str::len)
+}
+
 /// Whether a byte may stand inside a name.
 pub fn is_name_byte(b: u8) -> bool {
     b.is_ascii_alphanumeric() || b == b'_'

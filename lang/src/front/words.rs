@@ -105,7 +105,7 @@ macro_rules! with_plain {
     Motors "Motors" Machine "Motors ON|OFF [, axis]" "Enables the drivers; OFF clears HOMED."
     WaitIn "WaitIn" Machine "WaitIn[?] n, ON|OFF|RISE|FALL [, timeout]" "Waits for an input; `WaitIn?` sets TIMEDOUT instead of raising F13."
     WaitChar "WaitChar" Machine "WaitChar[?] code [, timeout]" "Waits for a synchronisation character; `WaitChar?` sets TIMEDOUT instead of raising F13."
-    Print "PRINT" Machine "PRINT expression; \"text\"; ..." "Writes a line to the host."
+    Print "PRINT" Machine "PRINT expression [IN unit]; \"text\"; ..." "Writes a line to the host; a quantity in its stored unit, or IN another."
     Plane "PLANE" Machine "PLANE XY|XZ|YZ" "Chooses the interpolation plane."
 
     And "AND" Operator "a AND b" "Bitwise and; of Truths the logical one."

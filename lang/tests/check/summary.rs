@@ -206,7 +206,10 @@ fn stmt(program: &Program, stmt: &Stmt, depth: usize, out: &mut String) {
                 .iter()
                 .map(|part| match part {
                     PrintPart::Text(text) => format!("{text:?}"),
-                    PrintPart::Value(value) => format!("{}:{}", e(value), value.kind),
+                    PrintPart::Value(value, unit) if *unit == value.kind.unit() => {
+                        format!("{}:{}", e(value), value.kind)
+                    }
+                    PrintPart::Value(value, unit) => format!("{} in {}", e(value), unit.suffix()),
                 })
                 .collect();
             let _ = writeln!(out, "print {}", parts.join("; "));

@@ -316,7 +316,7 @@ impl Translator<'_> {
     fn print(&mut self, line: u32, parts: &[PrintPart]) {
         // A FUNCTION may print: its value is there before the line begins.
         let call = parts.iter().find_map(|part| match part {
-            PrintPart::Value(value) if value.has_call() => Some(value),
+            PrintPart::Value(value, _) if value.has_call() => Some(value),
             _ => None,
         });
         let early = call.map(|value| {
@@ -331,12 +331,12 @@ impl Translator<'_> {
                     let index = self.text(text);
                     self.plain(line, Effect::PrintText(index), Vec::new());
                 }
-                PrintPart::Value(value) => {
+                PrintPart::Value(value, unit) => {
                     let given = match &early {
                         Some(temp) if value.has_call() => temp.clone(),
                         _ => self.value(value),
                     };
-                    self.plain(line, Effect::PrintValue(0, value.kind.unit()), vec![given]);
+                    self.plain(line, Effect::PrintValue(0, *unit), vec![given]);
                 }
             }
         }

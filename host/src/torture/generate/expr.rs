@@ -131,6 +131,22 @@ impl Writer<'_> {
         }
     }
 
+    /// A quantity of any size in a unit of its kind.
+    pub(super) fn shown(&mut self) -> String {
+        let (one, units): (_, &[&str]) = match self.tape.pick(7) {
+            0 => return format!("{} IN {}", self.length(1), self.tape.of(&["mm", "um", "in"])),
+            1 => return format!("{} IN st", self.steps()),
+            2 => ("1um", &["mm", "in", "um"]),
+            3 => ("1ms", &["s", "min", "ms"]),
+            4 => ("1000um/s", &["mm/s", "mm/min", "in/min", "um/s"]),
+            5 => ("1mm/s2", &["mm/s2", "um/s2"]),
+            _ => return format!("({} * 1st/s) IN st/s", self.number(1)),
+        };
+        // Speeds have no unit as small as the stored one.
+        let one = one.replace("1000um/s", "0.001mm/s");
+        format!("({} * {one}) IN {}", self.number(1), self.tape.of(units))
+    }
+
     /// Steps.
     pub(super) fn steps(&mut self) -> String {
         match self.tape.pick(6) {

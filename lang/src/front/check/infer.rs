@@ -339,7 +339,7 @@ impl<'a> Inference<'_, 'a> {
             }
             Machine::Print(parts) => {
                 for part in parts {
-                    if let PrintPart::Value(e) = part {
+                    if let PrintPart::Value(e, _) = part {
                         self.expr(e);
                     }
                 }

@@ -256,7 +256,7 @@ impl Walk {
             }
             Machine::Print(parts) => {
                 for part in parts {
-                    if let PrintPart::Value(value) = part {
+                    if let PrintPart::Value(value, _) = part {
                         self.expr(value);
                     }
                 }
