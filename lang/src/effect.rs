@@ -329,6 +329,10 @@ pub enum Unit {
     InchPerMin = 14,
     /// `mm/s2`
     MmPerS2 = 15,
+    /// `mdeg`, which is stored
+    MilliDeg = 16,
+    /// `deg`
+    Deg = 17,
 }
 
 /// Built-in functions that look at the machine.

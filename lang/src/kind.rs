@@ -23,11 +23,13 @@ pub enum Kind {
     Accel,
     /// steps/s2
     StepAccel,
+    /// 1/1000 degree
+    Angle,
 }
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Kind; 9] = [
+    pub const ALL: [Kind; 10] = [
         Kind::Number,
         Kind::Truth,
         Kind::Length,
@@ -37,6 +39,7 @@ impl Kind {
         Kind::StepRate,
         Kind::Accel,
         Kind::StepAccel,
+        Kind::Angle,
     ];
 
     /// The name, as `AS` takes it and diagnostics write it.
@@ -51,6 +54,7 @@ impl Kind {
             Kind::StepRate => "StepRate",
             Kind::Accel => "Accel",
             Kind::StepAccel => "StepAccel",
+            Kind::Angle => "Angle",
         }
     }
 
@@ -70,6 +74,7 @@ impl Kind {
             Kind::StepRate => Unit::StepsPerS,
             Kind::Accel => Unit::UmPerS2,
             Kind::StepAccel => Unit::StepsPerS2,
+            Kind::Angle => Unit::MilliDeg,
         }
     }
 }

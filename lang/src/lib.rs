@@ -29,6 +29,7 @@ pub mod profile;
 pub mod record;
 #[cfg(feature = "compiler")]
 pub mod show;
+pub mod trig;
 pub mod verify;
 pub mod vm;
 pub mod wire;

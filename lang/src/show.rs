@@ -35,7 +35,7 @@ impl Decimals {
 
 impl Unit {
     /// Every unit of a value; [`Unit::None`] is none.
-    pub const ALL: [Unit; 15] = [
+    pub const ALL: [Unit; 17] = [
         Unit::Um,
         Unit::Mm,
         Unit::Inch,
@@ -51,6 +51,8 @@ impl Unit {
         Unit::UmPerS2,
         Unit::MmPerS2,
         Unit::StepsPerS2,
+        Unit::MilliDeg,
+        Unit::Deg,
     ];
 
     /// As it is written, empty for [`Unit::None`].
@@ -72,6 +74,8 @@ impl Unit {
             Unit::MmPerMin => "mm/min",
             Unit::InchPerMin => "in/min",
             Unit::MmPerS2 => "mm/s2",
+            Unit::MilliDeg => "mdeg",
+            Unit::Deg => "deg",
         }
     }
 
@@ -91,13 +95,14 @@ impl Unit {
             Unit::StepsPerS => Kind::StepRate,
             Unit::UmPerS2 | Unit::MmPerS2 => Kind::Accel,
             Unit::StepsPerS2 => Kind::StepAccel,
+            Unit::MilliDeg | Unit::Deg => Kind::Angle,
         }
     }
 
     /// Its decimals; `None` of a unit that is stored.
     pub const fn decimals(self) -> Option<Decimals> {
         let (times, over, digits) = match self {
-            Unit::Mm | Unit::Second | Unit::MmPerS | Unit::MmPerS2 => (1, 1, 3),
+            Unit::Mm | Unit::Second | Unit::MmPerS | Unit::MmPerS2 | Unit::Deg => (1, 1, 3),
             // 25 400 um and 10 000 digits.
             Unit::Inch => (50, 127, 4),
             Unit::Minute => (1, 600, 2),

@@ -55,6 +55,11 @@ vm_leave:
 vm_onerror:
 vm_onerrorstop:
 vm_resumenext:
+vm_resume:
+vm_sin:
+vm_cos:
+vm_atan2:
+vm_muldiv:
     rra r12
     jmp vm_exit
 

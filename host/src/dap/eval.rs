@@ -6,6 +6,7 @@ use lang::front::parser::parse;
 use lang::front::words::Func;
 use lang::isa::Op;
 use lang::kind::Kind;
+use lang::trig;
 use lang::vm::math;
 
 use super::names::{Binding, Names};
@@ -138,7 +139,11 @@ impl Scope<'_> {
             (Some(Binding::Gone), _) => Err(format!("`{name}` was not kept: nothing reads it")),
             (Some(_), _) => Err(format!("`{name}` has no value in this form")),
             (None, []) => Err(format!("nothing is called `{name}` here")),
-            (None, _) => Err("a watch calls no FUNCTION".to_owned()),
+            (None, args) => match Func::soft(name) {
+                Some(func) if args.len() == func.args().len() => self.builtin(func, args),
+                Some(func) => Err(format!("its form is `{}`", func.usage())),
+                None => Err("a watch calls no FUNCTION".to_owned()),
+            },
         }
     }
 
@@ -161,6 +166,17 @@ impl Scope<'_> {
                 .ok_or_else(|| format!("there is no {n}"))
         };
         match func {
+            Func::Sin => Ok((Kind::Number, trig::sin(value(0)?.1))),
+            Func::Cos => Ok((Kind::Number, trig::cos(value(0)?.1))),
+            Func::Atan2 => Ok((Kind::Angle, trig::atan2(value(0)?.1, value(1)?.1))),
+            Func::Scale => {
+                let gap = |from: usize, to: usize| {
+                    math::binary(Op::Sub, value(to)?.1, value(from)?.1).map_err(fault)
+                };
+                let (kind, low) = value(3)?;
+                let part = trig::mul_div(gap(1, 0)?, gap(3, 4)?, gap(1, 2)?).map_err(fault)?;
+                Ok((kind, math::binary(Op::Add, part, low).map_err(fault)?))
+            }
             Func::Abs => {
                 value(0).and_then(|(k, v)| Ok((k, math::unary(Op::Abs, v).map_err(fault)?)))
             }

@@ -432,6 +432,8 @@ impl<'a> Emitter<'a> {
         let mut bytes = Vec::with_capacity(self.addresses[self.items.len()]);
         let mut marks = Vec::new();
         let mut places: Vec<Place> = Vec::new();
+        // Where nothing is on the stack, inside statements.
+        let (mut depth, mut parts) = (0, Vec::new());
         for i in 0..self.items.len() {
             if let Item::Mark(mark) = self.items[i] {
                 let pc = self.addresses[i];
@@ -439,12 +441,23 @@ impl<'a> Emitter<'a> {
                     close(before, pc);
                 }
                 let resume = mark.resume.map_or(NO_RESUME, |label| self.address_of(label));
-                places.push(Place { line: mark.line as usize, resume, start: pc, end: 0 });
+                places.push(Place {
+                    line: mark.line as usize,
+                    resume,
+                    start: pc,
+                    entry: pc,
+                    end: 0,
+                });
                 marks.push(Mark { pc, line: mark.line, span: mark.span.clone(), kind: mark.kind });
             }
             bytes.extend(self.bytes(i));
+            let (pops, pushes) = self.items[i].effect();
+            depth = if self.items[i].ends() { 0 } else { depth + pushes - depth.min(pops) };
+            if depth == 0 {
+                parts.push(bytes.len());
+            }
         }
-        let table = self.statement_table(&mut places, bytes.len());
+        let table = self.statement_table(&mut places, &parts, bytes.len());
         self.fill_head();
         if marks.first().is_none_or(|mark| mark.pc != 0) {
             marks.insert(0, Mark { pc: 0, line: 1, span: 0..0, kind: MarkKind::Glue });
@@ -455,7 +468,7 @@ impl<'a> Emitter<'a> {
 
     /// The statement table of a program with ON ERROR. The last place, the END of the main program
     /// or of a SUB, cannot fail: it needs no entry.
-    fn statement_table(&self, places: &mut Vec<Place>, end: usize) -> Vec<u8> {
+    fn statement_table(&self, places: &mut Vec<Place>, parts: &[usize], end: usize) -> Vec<u8> {
         if self.unit.features & feature::LINES == 0 {
             return Vec::new();
         }
@@ -464,7 +477,8 @@ impl<'a> Emitter<'a> {
         }
         places.retain(|place| place.start != place.end);
         places.pop();
-        statements::write(places, self.wide)
+        let places: Vec<Place> = places.iter().flat_map(|place| parted(*place, parts)).collect();
+        statements::write(&places, self.wide)
     }
 
     fn fill_head(&mut self) {
@@ -492,4 +506,19 @@ fn close(place: &mut Place, end: usize) {
     if place.resume == NO_RESUME {
         place.resume = end;
     }
+}
+
+/// A place as entries that hold it: a longer one goes on where nothing is on the stack, as the image check demands of
+/// an entry's beginning.
+fn parted(place: Place, parts: &[usize]) -> Vec<Place> {
+    let mut out = Vec::new();
+    let mut entry = place.start;
+    while place.end - entry > statements::LONGEST {
+        let inside = |at: &&usize| **at > entry && **at <= entry + statements::LONGEST;
+        let Some(&end) = parts.iter().rfind(inside) else { break };
+        out.push(Place { entry, end, ..place });
+        entry = end;
+    }
+    out.push(Place { entry, ..place });
+    out
 }

@@ -264,6 +264,8 @@ pub enum StmtKind {
     OnError(Option<Name>),
     /// `RESUME NEXT`
     ResumeNext,
+    /// `RESUME`
+    Resume,
     /// `ON IN n RISE|FALL GOSUB sub`, `ON IN n OFF`
     OnIn {
         /// The input.

@@ -60,7 +60,7 @@ codes! {
     UnclosedText "L002" Error "a text without its closing quote" "A text begins and ends with \" on one line."
     UnclosedComment "L003" Error "a G-code comment without `)`" "A comment in a G-code block begins with ( and ends with ) on the same line."
     BadNumber "L004" Error "a number that can not be read" "Numbers are 42, &H1F, &B1010, 1_000 or decimals with a unit."
-    BadUnit "L005" Error "letters behind a number that are no unit" "Units are mm um in st ms s min mm/min mm/s in/min st/s mm/s2 st/s2; they follow the digits without a blank."
+    BadUnit "L005" Error "letters behind a number that are no unit" "Units are mm um in st ms s min mm/min mm/s in/min st/s mm/s2 st/s2 deg mdeg; they follow the digits without a blank."
     DecimalWithoutUnit "L006" Error "a decimal without a unit" "Plain Numbers are whole; only quantities have decimals."
     InexactNumber "L007" Error "a quantity finer than its stored unit" "Lengths in mm and um are whole micrometres, Times whole milliseconds, Steps whole steps."
     NumberRange "L008" Error "a number beyond 32 bits" "Values are whole numbers from -2147483648 to 2147483647 in their stored unit."

@@ -95,7 +95,7 @@ const fn unit(text: &'static str, kind: Kind, num: u32, den: u32, exact: bool) -
 
 /// Units with the ratio to the stored unit, and whether a value must be exact. Longer ones stand
 /// before those that they begin with. 1 in = 25 400 um.
-const UNITS: [Unit; 13] = [
+const UNITS: [Unit; 15] = [
     unit("mm/min", Kind::Speed, 1000, 60, false),
     unit("mm/s2", Kind::Accel, 1000, 1, false),
     unit("mm/s", Kind::Speed, 1000, 1, false),
@@ -109,6 +109,8 @@ const UNITS: [Unit; 13] = [
     unit("ms", Kind::Time, 1, 1, true),
     unit("min", Kind::Time, 60_000, 1, true),
     unit("s", Kind::Time, 1000, 1, true),
+    unit("deg", Kind::Angle, 1000, 1, true),
+    unit("mdeg", Kind::Angle, 1, 1, true),
 ];
 
 /// A unit of ours, and the ratio by which a number in another becomes one in it.
@@ -197,6 +199,7 @@ pub const fn example(kind: Kind) -> &'static str {
         Kind::StepRate => "2000st/s",
         Kind::Accel => "250mm/s2",
         Kind::StepAccel => "25000st/s2",
+        Kind::Angle => "90deg",
     }
 }
 

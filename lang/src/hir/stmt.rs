@@ -276,6 +276,8 @@ pub enum StmtKind {
     OnError(Option<LabelId>),
     /// RESUME NEXT
     ResumeNext,
+    /// RESUME
+    Resume,
     /// ON IN n RISE|FALL GOSUB; `slot` in text order of the ON lines, 0..=3.
     OnInput {
         /// Event slot.

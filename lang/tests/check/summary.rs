@@ -302,6 +302,10 @@ fn expr(program: &Program, value: &Expr) -> String {
             format!("{}({})", program.routine(*id).name, args.join(", "))
         }
         ExprKind::ToSteps(axis, a) => format!("steps({axis:?}, {})", e(a)),
+        ExprKind::MulDiv(parts) => {
+            let parts: Vec<String> = parts.iter().map(e).collect();
+            format!("muldiv({})", parts.join(", "))
+        }
         ExprKind::ToLength(axis, a) => format!("length({axis:?}, {})", e(a)),
         ExprKind::Read(lang::hir::ReadKind::In(n)) => format!("in({})", e(n)),
         ExprKind::Read(lang::hir::ReadKind::Out(n)) => format!("out({})", e(n)),

@@ -70,7 +70,7 @@ fn survey(block: &Block, uses: &mut Uses) {
             StmtKind::OnInput { .. } | StmtKind::OnEvery { .. } | StmtKind::MoveSpeed { .. } => {
                 uses.interruptions = true;
             }
-            StmtKind::OnError(_) | StmtKind::ResumeNext => uses.errors = true,
+            StmtKind::OnError(_) | StmtKind::ResumeNext | StmtKind::Resume => uses.errors = true,
             kind => kind.blocks().into_iter().for_each(|block| survey(block, uses)),
         }
     }
@@ -266,6 +266,7 @@ impl Translator<'_> {
                 self.out.line(format!("oe({to});"));
             }
             StmtKind::ResumeNext => self.out.close("pc = rn();".to_owned()),
+            StmtKind::Resume => self.out.close("pc = ra();".to_owned()),
             StmtKind::Print(parts) => self.print(stmt.line, parts),
             StmtKind::Home { axes, query } => {
                 for &axis in axes {

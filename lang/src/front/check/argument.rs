@@ -219,6 +219,7 @@ fn with_unit(kind: Kind, expr: &Expr) -> Vec<String> {
         Kind::StepRate => &["st/s"],
         Kind::Accel => &["mm/s2"],
         Kind::StepAccel => &["st/s2"],
+        Kind::Angle => &["deg"],
     };
     match value {
         Some(value) => units.iter().map(|unit| format!("`{value}{unit}`")).collect(),

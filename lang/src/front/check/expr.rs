@@ -6,7 +6,7 @@ use crate::fault::Fault;
 use crate::front::ast::{BinaryOp, Expr, ExprKind, Name, UnaryOp};
 use crate::front::codes::Code;
 use crate::front::span::Span;
-use crate::front::words;
+use crate::front::words::{self, Func};
 use crate::hir::{self, BinOp, RoutineId, TableId, UnOp, VarId};
 use crate::kind::Kind;
 
@@ -90,6 +90,18 @@ impl<'a> Checker<'a> {
     fn apply(&mut self, name: &'a Name, args: &'a [Expr], span: Span) -> Option<hir::Expr> {
         if let Some(id) = self.edge(name) {
             return Some(self.reading(id, span));
+        }
+        if let Some(func) = Func::soft(&name.key)
+            && self.names.look(self.scope, &name.key).is_none()
+            && !self.script.lost.contains(&*name.key)
+        {
+            if args.len() == func.args().len() {
+                return self.builtin(func, args, span);
+            }
+            let wanted = func.args().len();
+            let message = format!("{} takes {wanted} arguments, not {}", func.text(), args.len());
+            self.error(Code::WrongCount, span, message, format!("its form is `{}`", func.usage()));
+            return None;
         }
         let symbol = self.resolve_as(name, |text| match words::foreign_function(&name.key) {
             Some(hint) => hint.to_owned(),

@@ -62,6 +62,7 @@ impl<'a> Checker<'a> {
                 let value = self.plain(args.first()?, "SQR")?;
                 self.make_unary(UnOp::Sqr, Kind::Number, value, span)
             }
+            Func::Sin | Func::Cos | Func::Atan2 | Func::Scale => self.turning(func, args, span),
             Func::Min | Func::Max => {
                 let [left, right] = args else { return None };
                 let left = self.expr(left);

@@ -383,6 +383,10 @@ impl<'a> Inference<'_, 'a> {
             },
             ExprKind::Apply(name, args) => match self.checker.names.look(self.scope, &name.key) {
                 Some(Entity::Routine(_)) => self.call(&name.key, args),
+                None if Func::soft(&name.key).is_some() => match Func::soft(&name.key) {
+                    Some(func) => self.builtin(func, args),
+                    None => Ty::Unknown,
+                },
                 entity => {
                     self.exprs(args);
                     if let Some(id) = self.checker.edge(name) {
@@ -425,6 +429,26 @@ impl<'a> Inference<'_, 'a> {
         let tys: Vec<Ty> = args.iter().map(|arg| self.expr(arg)).collect();
         match func {
             Func::Abs => tys.first().copied().unwrap_or(Ty::Unknown),
+            Func::Scale => match tys[..] {
+                [v, a, b, c, d] => {
+                    let from = self.partners(a, b);
+                    self.partners(v, from);
+                    self.partners(c, d)
+                }
+                _ => Ty::Unknown,
+            },
+            Func::Sin | Func::Cos => {
+                if let Some(&angle) = tys.first() {
+                    self.bind(angle, Ty::Known(Kind::Angle));
+                }
+                Ty::Known(Kind::Number)
+            }
+            Func::Atan2 => {
+                if let [y, x] = tys[..] {
+                    self.partners(y, x);
+                }
+                Ty::Known(Kind::Angle)
+            }
             Func::Min | Func::Max => match tys[..] {
                 [a, b] => self.partners(a, b),
                 _ => Ty::Unknown,
@@ -481,6 +505,7 @@ pub(super) const fn func_kind(func: Func) -> Kind {
         Func::Pos | Func::Probed | Func::Length => Kind::Length,
         Func::PosSt | Func::ProbedSt | Func::Steps => Kind::Steps,
         Func::Timer => Kind::Time,
+        Func::Atan2 => Kind::Angle,
         Func::In | Func::Out | Func::ProbeOk | Func::Moving | Func::Homed | Func::TimedOut => {
             Kind::Truth
         }

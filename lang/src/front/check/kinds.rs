@@ -89,11 +89,12 @@ pub(super) const fn unit_of(kind: Kind) -> &'static str {
         Kind::StepRate => "1st/s",
         Kind::Accel => "1mm/s2",
         Kind::StepAccel => "1st/s2",
+        Kind::Angle => "1deg",
     }
 }
 
 /// A kind with its article, for messages.
 pub(super) fn a(kind: Kind) -> String {
-    let article = if kind == Kind::Accel { "an" } else { "a" };
+    let article = if matches!(kind, Kind::Accel | Kind::Angle) { "an" } else { "a" };
     if kind == Kind::Steps { "Steps".to_owned() } else { format!("{article} {kind}") }
 }

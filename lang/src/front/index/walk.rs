@@ -225,6 +225,7 @@ impl Walk {
             | StmtKind::End
             | StmtKind::Run(_)
             | StmtKind::ResumeNext
+            | StmtKind::Resume
             | StmtKind::OnEvery(None) => {}
         }
     }

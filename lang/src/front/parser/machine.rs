@@ -172,11 +172,9 @@ fn shown_in(i: In<'_>) -> Parsed<'_, Option<ShownIn>> {
         return Ok((rest.rest(), Some(ShownIn { unit, span })));
     }
     let diag = Diag::new(Code::Expected, span, format!("expected a unit, {}", rest.found()));
-    Err(i.fail(
-        diag.hint(
-            "units are mm, um, in, s, ms, min, mm/s, mm/min, in/min, mm/s2, st, st/s and st/s2",
-        ),
-    ))
+    Err(i.fail(diag.hint(
+        "units are mm, um, in, s, ms, min, mm/s, mm/min, in/min, mm/s2, deg, st, st/s and st/s2",
+    )))
 }
 
 fn plane(i: In<'_>) -> Parsed<'_, Machine> {
