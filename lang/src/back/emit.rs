@@ -78,7 +78,7 @@ pub fn emit(
         stack: stack as u8,
         frame: graph.frame as u8,
         calls: graph.calls as u8,
-        keeps: cells.keeps.len() as u8,
+        keeps: cells.kept as u8,
         keep_base: cells.keep_base as u8,
         profile_hash,
     };
@@ -106,7 +106,7 @@ pub fn emit(
         cells_available: (pool_limit(features as u8).saturating_sub(depths) / 4).min(MAX_CELLS),
         stack: graph.stack(),
         calls: graph.calls,
-        keeps: cells.keeps.len(),
+        keeps: cells.kept,
     }
 }
 

@@ -153,14 +153,16 @@ pub enum StmtKind {
     },
     /// `DIM a, b(8) AS LENGTH, c AT 3000 LABEL "Pieces" MIN 1 MAX 500`
     Dim(Vec<Variable>),
-    /// `KEEP a AS TIME`; neither size nor what belongs to DIM alone is refused here.
+    /// `KEEP a AS TIME, b(4)`; what belongs to DIM alone is not refused here.
     Keep(Vec<Variable>),
-    /// `TABLE t(2) = 1, 2; 3, 4`
+    /// `TABLE t(2) = 1, 2; 3, 4`, `TABLE t(x, depth) = 1, 2; 3, 4`
     Table {
         /// Its name.
         name: Name,
         /// Columns.
         width: Option<Box<Expr>>,
+        /// Their names, in lower case; empty where `width` or nothing says how many there are.
+        columns: Vec<Rc<str>>,
         /// Values by `;`.
         rows: Vec<Vec<Expr>>,
     },

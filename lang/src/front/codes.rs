@@ -109,7 +109,7 @@ codes! {
     ArraySize "N016" Error "an array of an impossible size" "DIM a(8) has the values a(0) to a(7)."
     IndexRange "N017" Error "an index outside its array or table" "Indexes count from 0 to the size less one."
     BadAt "N018" Error "an address that can not be" "AT stands outside SUBs, with an even register from 3000 on; one variable to a register."
-    BadKeep "N019" Error "a KEEP that can not be" "Up to 8 plain names, outside SUBs."
+    BadKeep "N019" Error "a KEEP that can not be" "Up to 8 values, outside SUBs."
     TableShape "N020" Error "a table whose rows do not fit" "TABLE name(columns) = value, ...; rows are parted by `;`."
     TooTangled "N021" Error "GOSUBs that run into one another" "Lines behind a GOSUB's label should end with RETURN."
     BadProgram "N022" Error "a name that no program can have" "A program of a library is called by up to 16 characters of ASCII without quotes; a number alone is no name."

@@ -63,8 +63,8 @@ macro_rules! with_plain {
     Input "INPUT" Declaration "INPUT name = number" "A name for an input, counted from 1."
     Output "OUTPUT" Declaration "OUTPUT name = number" "A name for an output, counted from 1."
     Dim "DIM" Declaration "DIM name[(size)] [AS kind] [= value] [AT address [LABEL \"text\"] [MIN value] [MAX value]] [, ...]" "Variables and arrays, in RAM; 0 at the start of a run, but for those with AT. `= value` is an assignment where the DIM stands."
-    Table "TABLE" Declaration "TABLE name[(columns)] = value, ... [; value, ...]" "Constant values in flash, by rows."
-    Keep "KEEP" Declaration "KEEP name [AS kind] [, ...]" "A value kept through power loss."
+    Table "TABLE" Declaration "TABLE name[(columns)] = value, ... [; value, ...]" "Constant values in flash, by rows; columns are a number or their names."
+    Keep "KEEP" Declaration "KEEP name[(size)] [AS kind] [, ...]" "A value or an array kept through power loss."
     Sub "SUB" Declaration "SUB name[(name [AS kind], ...)]" "Opens a SUB; END SUB closes it."
     Function "FUNCTION" Declaration "FUNCTION name(name [AS kind], ...) [AS kind]" "Opens a FUNCTION; RETURN gives its value, END FUNCTION closes it."
 

@@ -172,6 +172,16 @@ impl<'a> Checker<'a> {
         Some(hir::Expr { kind, span: range(span), node })
     }
 
+    /// The column of a table that an index names.
+    pub(super) fn named_column(&self, id: TableId, index: &Expr) -> Option<usize> {
+        let table = &self.tables[id.0 as usize];
+        match &index.kind {
+            ExprKind::Name(name) => table.column(&name.key),
+            ExprKind::Axis(axis) => table.column(&axis.axis.letter().to_string()),
+            _ => None,
+        }
+    }
+
     fn table_value(
         &mut self,
         id: TableId,
@@ -194,9 +204,11 @@ impl<'a> Checker<'a> {
             return None;
         }
         let row = self.plain(args.first()?, "a row")?;
-        let column = match args.get(1) {
-            Some(column) => self.plain(column, "a column")?,
-            None => number(0, Kind::Number, span),
+        let named = args.get(1).and_then(|index| self.named_column(id, index));
+        let column = match (args.get(1), named) {
+            (Some(index), Some(n)) => number(n as i32, Kind::Number, index.span),
+            (Some(index), None) => self.plain(index, "a column")?,
+            (None, _) => number(0, Kind::Number, span),
         };
         for (index, count, what) in [(&row, rows, "row"), (&column, columns, "column")] {
             if let Some(i) = value_of(index)

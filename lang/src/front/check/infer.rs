@@ -396,9 +396,11 @@ impl<'a> Inference<'_, 'a> {
                         Some(Entity::Var(var)) => self.slot(var.0 as usize),
                         Some(Entity::Table(id)) => {
                             let table = &self.checker.tables[id.0 as usize];
-                            let column = match args.get(1).map(|e| &e.kind) {
+                            let index = args.get(1);
+                            let named = index.and_then(|e| self.checker.named_column(id, e));
+                            let column = match index.map(|e| &e.kind) {
                                 Some(ExprKind::Literal { value, .. }) => *value as usize,
-                                _ => 0,
+                                _ => named.unwrap_or(0),
                             };
                             table.kinds.get(column).map_or(Ty::Unknown, |&k| Ty::Known(k))
                         }

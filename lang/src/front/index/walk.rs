@@ -136,7 +136,7 @@ impl Walk {
                     self.declare(name, sort, stmt.span);
                 }
             }
-            StmtKind::Table { name, width, rows } => {
+            StmtKind::Table { name, width, rows, .. } => {
                 width
                     .as_deref()
                     .into_iter()
