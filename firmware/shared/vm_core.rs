@@ -95,6 +95,7 @@ global_asm!(
     .set CORE_SAVES, {saves}
     .set CORE_EVENTS, {has_events}
     .set CORE_LINES, {has_lines}
+    .set CORE_MATHS, {has_maths}
     .set CORE_MORE, {more}
     .set CORE_YIELD, {yield_code}
     .set CORE_HANDLER_END, {handler_end}
@@ -135,6 +136,7 @@ global_asm!(
     saves = const SAVES,
     has_events = const PART.features & feature::EVENTS,
     has_lines = const PART.features & feature::LINES,
+    has_maths = const PART.features & feature::MATHS,
     more = const lang::vm::flag::MORE,
     yield_code = const YIELD,
     handler_end = const HANDLER_END,

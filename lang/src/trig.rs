@@ -1,162 +1,167 @@
-//! SIN, COS, ATAN2 and SCALE: one text for compiler, engines and firmware, by sums and shifts of 32 bits.
+//! SIN, COS, ATAN2 and SCALE, and the angles of arcs: one text for compiler, engines and firmware.
 //!
 //! CORDIC: a vector is turned by angles of which each is the arc tangent of half the last one's tangent. Angles here
-//! are 1/16384 of a thousandth of a degree, so that 90 degrees fit and 24 turns leave 3 millionths of a degree. Against
-//! the exact value SIN and COS are off by 0.501 of 1/10000 at most (the rounding alone is 0.5), ATAN2 by 0.51 of 1/1000
-//! degree; the tests measure it.
+//! are whole turns of 2^32, to 1 part in 2^28. Against the exact value SIN and COS are off by 0.501 of 1/10000 at most
+//! (the rounding alone is 0.5), ATAN2 by 0.51 of 1/1000 degree; the tests measure it.
+//!
+//! What wants a product of 64 bits takes the function that makes it, `a * b / c` rounded down, `u32::MAX` where that does
+//! not fit or `c` is 0: on the chip it is assembly, elsewhere [`wide`].
 
 use crate::fault::Fault;
 
-/// Arc tangents of 1, 1/2, 1/4...
-const TURNS: [i32; 24] = [
-    737_280_000,
-    435_241_798,
-    229_969_813,
-    116_736_268,
-    58_594_662,
-    29_325_895,
-    14_666_526,
-    7_333_711,
-    3_666_911,
-    1_833_463,
-    916_732,
-    458_366,
-    229_183,
-    114_592,
-    57_296,
-    28_648,
-    14_324,
-    7_162,
-    3_581,
-    1_790,
-    895,
-    448,
-    224,
-    112,
+/// Products and quotients through 64 bits.
+pub type Wide = fn(u32, u32, u32) -> u32;
+
+/// `a * b / c`, rounded down; `u32::MAX` when it does not fit or `c` is 0.
+pub fn wide(a: u32, b: u32, c: u32) -> u32 {
+    let quotient = (u64::from(a) * u64::from(b)).checked_div(u64::from(c));
+    quotient.and_then(|quotient| u32::try_from(quotient).ok()).unwrap_or(u32::MAX)
+}
+
+/// atan(2^-i) of a turn of 2^32; from the last one on each is half the one before.
+const ATAN: [u32; 13] = [
+    0x2000_0000,
+    0x12E4_051E,
+    0x09FB_385B,
+    0x0511_11D4,
+    0x028B_0D43,
+    0x0145_D7E1,
+    0x00A2_F61E,
+    0x0051_7C55,
+    0x0028_BE53,
+    0x0014_5F2F,
+    0x000A_2F98,
+    0x0005_17CC,
+    0x0002_8BE6,
 ];
-/// Bits of an angle below 1/1000 degree.
-const ANGLE: u8 = 14;
-/// Bits of a sine below 1/10000.
-const SINE: u8 = 16;
-/// 10000 with the bits of [`SINE`], times what all turns shorten.
+/// 10000 with 16 bits behind the point, times what all turns shorten.
 const UNIT: i32 = 397_969_283;
 /// 180 degrees.
 const HALF: i32 = 180_000;
 
-/// Turns `(x, y)` and counts the angle in `z`: until `z` is 0, or, `to_axis`, until `y` is.
-fn turned(mut x: i32, mut y: i32, mut z: i32, to_axis: bool) -> (i32, i32) {
-    let mut shift = 0_u8;
-    for turn in &TURNS {
-        let (dx, dy) = (y >> shift, x >> shift);
-        let forward = if to_axis { y < 0 } else { z >= 0 };
-        if forward {
-            x -= dx;
-            y += dy;
-            z -= turn;
+/// Turns a vector onto the first axis and gives the angle that it had, or by `angle`, at most a quarter, either way.
+#[inline(never)]
+fn turned(v: &mut [i32; 2], angle: u32, to_axis: bool) -> u32 {
+    let [mut x, mut y] = *v;
+    let mut rest = angle;
+    for i in 0..28_usize {
+        let step = ATAN.get(i).copied().unwrap_or_else(|| ATAN[12] >> (i - 12));
+        if if to_axis { y > 0 } else { rest.cast_signed() < 0 } {
+            (x, y) = (x + (y >> i), y - (x >> i));
+            rest = rest.wrapping_add(step);
         } else {
-            x += dx;
-            y -= dy;
-            z += turn;
+            (x, y) = (x - (y >> i), y + (x >> i));
+            rest = rest.wrapping_sub(step);
         }
-        shift += 1;
     }
-    (y, z)
+    *v = [x, y];
+    rest
+}
+
+/// Angle of a vector whose parts are below 2^29, 2^32 to a turn, to 1 part in 2^28; 0 of no length.
+#[inline(never)]
+pub fn angle(v: [i32; 2]) -> u32 {
+    let [mut x, mut y] = v;
+    let mut half = 0;
+    if x < 0 {
+        (x, y) = (-x, -y);
+        half = 1 << 31;
+    }
+    while (x.unsigned_abs() | y.unsigned_abs()) >> 28 == 0 {
+        if x == 0 && y == 0 {
+            return 0;
+        }
+        (x, y) = (x << 1, y << 1);
+    }
+    turned(&mut [x, y], half, true)
 }
 
 /// The sine of an angle in 1/1000 degrees, in 1/10000.
-pub fn sin(angle: i32) -> i32 {
-    let mut rest = angle % (2 * HALF);
-    let mut negative = rest < 0;
-    if negative {
-        rest = -rest;
-    }
-    if rest >= HALF {
-        rest -= HALF;
-        negative = !negative;
-    }
-    if rest > HALF / 2 {
-        rest = HALF - rest;
-    }
-    let (y, _) = turned(UNIT, 0, rest << ANGLE, false);
-    let size = (y + (1 << (SINE - 1))) >> SINE;
-    if negative { -size } else { size }
+pub fn sin(angle: i32, wide: Wide) -> i32 {
+    shifted_sine(angle, 0, wide)
 }
 
 /// The cosine of an angle in 1/1000 degrees, in 1/10000.
-pub fn cos(angle: i32) -> i32 {
-    sin(HALF / 2 - angle % (2 * HALF))
+pub fn cos(angle: i32, wide: Wide) -> i32 {
+    shifted_sine(angle, 1 << 30, wide)
 }
 
-/// The angle of the direction `(x, y)` in 1/1000 degrees, above -180000 to 180000; 0 where both are 0.
-pub fn atan2(y: i32, x: i32) -> i32 {
-    let (mut a, mut b) = (x.unsigned_abs(), y.unsigned_abs());
-    if a | b == 0 {
-        return 0;
+/// The sine of an angle in 1/1000 degrees and `ahead`, 2^32 to a turn.
+#[inline(never)]
+fn shifted_sine(angle: i32, ahead: u32, wide: Wide) -> i32 {
+    let mut rest = angle % (2 * HALF);
+    if rest < 0 {
+        rest += 2 * HALF;
     }
-    while a | b >= 1 << 29 {
-        a >>= 1;
-        b >>= 1;
+    let turn = wide(rest as u32, 1 << 31, HALF as u32).wrapping_add(ahead);
+    // From a quarter to three it is the opposite of that half a turn away.
+    let opposite = turn.wrapping_add(1 << 30) >> 31 != 0;
+    let mut v = [if opposite { -UNIT } else { UNIT }, 0];
+    turned(&mut v, if opposite { turn.wrapping_sub(1 << 31) } else { turn }, false);
+    (v[1] + (1 << 15)) >> 16
+}
+
+/// The angle of the direction `(x, y)` in 1/1000 degrees, -180000 to 180000; 0 where both are 0.
+#[inline(never)]
+pub fn atan2(mut y: i32, mut x: i32, wide: Wide) -> i32 {
+    if (x.unsigned_abs() | y.unsigned_abs()) >> 28 != 0 {
+        (x, y) = (x >> 3, y >> 3);
     }
-    while a | b < 1 << 28 {
-        a <<= 1;
-        b <<= 1;
-    }
-    let (_, z) = turned(a as i32, b as i32, 0, true);
-    let mut angle = ((z + (1 << (ANGLE - 1))) >> ANGLE).clamp(0, HALF / 2);
-    if x < 0 {
-        angle = HALF - angle;
-    }
-    if y < 0 { -angle } else { angle }
+    let turn = angle([x, y]).cast_signed().unsigned_abs();
+    // Twice the thousandths, then rounded. The side is that of `y`: at a half turn the angle's own hangs on the last bit.
+    let size = ((wide(turn, 22_500, 1 << 27) + 1) >> 1).cast_signed();
+    if y < 0 { -size } else { size }
 }
 
 /// `value * times / over`, rounded half away from zero; the product has 64 bits.
 ///
 /// # Errors
 /// F02 when `over` is 0, F01 when the result does not fit into 32 bits.
-pub fn mul_div(value: i32, times: i32, over: i32) -> Result<i32, Fault> {
+#[inline(never)]
+pub fn mul_div(value: i32, times: i32, over: i32, wide: Wide) -> Result<i32, Fault> {
     let negative = (value ^ times ^ over) < 0;
-    let (times, over) = (times.unsigned_abs(), over.unsigned_abs());
+    let (value, times, over) = (value.unsigned_abs(), times.unsigned_abs(), over.unsigned_abs());
     if over == 0 {
         return Err(Fault::DivisionByZero);
     }
-    // Bit by bit: the product in `high` and `low`, then the quotient in `low` and the rest in `high`.
-    let (mut high, mut low) = (0_u32, value.unsigned_abs());
-    for _ in 0..32 {
-        let mut carry = false;
-        if low & 1 != 0 {
-            (high, carry) = high.overflowing_add(times);
-        }
-        low = low >> 1 | high << 31;
-        high = high >> 1 | u32::from(carry) << 31;
-    }
-    if high >= over {
+    let mut size = wide(value, times, over);
+    if size == u32::MAX {
         return Err(Fault::Overflow);
     }
-    for _ in 0..32 {
-        let carry = high >> 31 != 0;
-        high = high << 1 | low >> 31;
-        low <<= 1;
-        if carry || high >= over {
-            high = high.wrapping_sub(over);
-            low |= 1;
-        }
+    // What is left is less than the divisor: its lower half tells it.
+    let rest = value.wrapping_mul(times).wrapping_sub(size.wrapping_mul(over));
+    if rest >= over - rest {
+        size += 1;
     }
-    if high >= over - high {
-        low = low.checked_add(1).ok_or(Fault::Overflow)?;
-    }
-    if low > i32::MAX as u32 + u32::from(negative) {
+    let result = if negative { size.wrapping_neg() } else { size }.cast_signed();
+    if size != 0 && (result < 0) != negative {
         return Err(Fault::Overflow);
     }
-    let size = low as i32;
-    Ok(if negative { size.wrapping_neg() } else { size })
+    Ok(result)
 }
 
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
-    use super::{HALF, atan2, cos, mul_div, sin};
+    use super::{HALF, wide};
     use crate::fault::Fault;
+
+    fn sin(angle: i32) -> i32 {
+        super::sin(angle, wide)
+    }
+
+    fn cos(angle: i32) -> i32 {
+        super::cos(angle, wide)
+    }
+
+    fn atan2(y: i32, x: i32) -> i32 {
+        super::atan2(y, x, wide)
+    }
+
+    fn mul_div(value: i32, times: i32, over: i32) -> Result<i32, Fault> {
+        super::mul_div(value, times, over, wide)
+    }
 
     #[test]
     fn every_sine_is_the_nearest_but_for_a_thousandth() {

@@ -363,7 +363,7 @@ impl<'a, 'm> Vm<'a, 'm> {
             }
             Op::MulDiv => {
                 let (over, times, value) = (self.pop()?, self.pop()?, self.pop()?);
-                self.push(trig::mul_div(value, times, over)?)?;
+                self.push(trig::mul_div(value, times, over, trig::wide)?)?;
             }
             Op::Check => {
                 let index = self.pop()?;

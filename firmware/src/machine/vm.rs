@@ -349,15 +349,15 @@ impl<C: Chip> Vm<C> {
             first::OnErrorStop => self.handler = 0,
             first::ResumeNext => return self.resume(false),
             first::Resume => return self.resume(true),
-            first::Sin => self.top = trig::sin(self.top),
-            first::Cos => self.top = trig::cos(self.top),
+            first::Sin => self.top = trig::sin(self.top, C::mul_div),
+            first::Cos => self.top = trig::cos(self.top, C::mul_div),
             first::Atan2 => {
                 let x = self.pop();
-                self.top = trig::atan2(self.top, x);
+                self.top = trig::atan2(self.top, x, C::mul_div);
             }
             first::MulDiv => {
                 let [over, times] = [self.pop(), self.pop()];
-                self.top = trig::mul_div(self.top, times, over)?;
+                self.top = trig::mul_div(self.top, times, over, C::mul_div)?;
             }
             first::Err => self.push(i32::from(self.fault)),
             first::Erl => {

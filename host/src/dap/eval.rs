@@ -80,6 +80,14 @@ impl Scope<'_> {
             ExprKind::Axis(_) => Err("an axis has no value".to_owned()),
             ExprKind::Name(name) => self.named(&name.text, &[]),
             ExprKind::Apply(name, args) => {
+                if let (Some(func), None) =
+                    (Func::soft(&name.key), self.names.look(self.line, &name.text))
+                {
+                    return match args.len() == func.args().len() {
+                        true => self.builtin(func, args),
+                        false => Err(format!("its form is `{}`", func.usage())),
+                    };
+                }
                 let args = args.iter().map(|arg| Ok(self.expr(arg)?.1));
                 self.named(&name.text, &args.collect::<Result<Vec<_>, String>>()?)
             }
@@ -139,11 +147,7 @@ impl Scope<'_> {
             (Some(Binding::Gone), _) => Err(format!("`{name}` was not kept: nothing reads it")),
             (Some(_), _) => Err(format!("`{name}` has no value in this form")),
             (None, []) => Err(format!("nothing is called `{name}` here")),
-            (None, args) => match Func::soft(name) {
-                Some(func) if args.len() == func.args().len() => self.builtin(func, args),
-                Some(func) => Err(format!("its form is `{}`", func.usage())),
-                None => Err("a watch calls no FUNCTION".to_owned()),
-            },
+            (None, _) => Err("a watch calls no FUNCTION".to_owned()),
         }
     }
 
@@ -166,15 +170,16 @@ impl Scope<'_> {
                 .ok_or_else(|| format!("there is no {n}"))
         };
         match func {
-            Func::Sin => Ok((Kind::Number, trig::sin(value(0)?.1))),
-            Func::Cos => Ok((Kind::Number, trig::cos(value(0)?.1))),
-            Func::Atan2 => Ok((Kind::Angle, trig::atan2(value(0)?.1, value(1)?.1))),
+            Func::Sin => Ok((Kind::Number, trig::sin(value(0)?.1, trig::wide))),
+            Func::Cos => Ok((Kind::Number, trig::cos(value(0)?.1, trig::wide))),
+            Func::Atan2 => Ok((Kind::Angle, trig::atan2(value(0)?.1, value(1)?.1, trig::wide))),
             Func::Scale => {
                 let gap = |from: usize, to: usize| {
                     math::binary(Op::Sub, value(to)?.1, value(from)?.1).map_err(fault)
                 };
                 let (kind, low) = value(3)?;
-                let part = trig::mul_div(gap(1, 0)?, gap(3, 4)?, gap(1, 2)?).map_err(fault)?;
+                let part =
+                    trig::mul_div(gap(1, 0)?, gap(3, 4)?, gap(1, 2)?, trig::wide).map_err(fault)?;
                 Ok((kind, math::binary(Op::Add, part, low).map_err(fault)?))
             }
             Func::Abs => {

@@ -3,7 +3,7 @@
 use lang::fault::Fault;
 use lang::front::facts::Fact;
 use lang::front::index::{Sort, Symbol};
-use lang::front::words::{Reserved, lookup};
+use lang::front::words::{Func, Reserved, lookup};
 use lang::hir::Storage;
 use lang::kind::Kind;
 use lang::wire;

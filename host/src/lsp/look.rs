@@ -4,7 +4,7 @@ use lang::front::ast::{Block, Stmt, StmtKind};
 use lang::front::index::Sort;
 use lang::front::span::Span;
 use lang::front::token::Tok;
-use lang::front::words::{Class, Kw};
+use lang::front::words::{Class, Func, Kw};
 use lang::kind::Kind;
 use lsp_types::{
     FoldingRange, FoldingRangeKind, InlayHint, InlayHintKind, InlayHintLabel, Position, Range,

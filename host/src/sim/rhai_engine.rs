@@ -21,8 +21,8 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use lang::hir::{Program, Storage};
-use rhai::{Array, Engine, EvalAltResult, OptimizationLevel, Scope};
+use lang::hir::{Program, Storage, Var};
+use rhai::{Array, Dynamic, Engine, EvalAltResult, OptimizationLevel, Scope};
 
 use self::runtime::{Final, Runtime};
 use super::chain::{Chain, RUN_STATEMENTS};

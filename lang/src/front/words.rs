@@ -250,7 +250,7 @@ functions! {
     Length "LENGTH" [Axis, Value] "LENGTH(axis, steps)" "Steps of the axis as a Length, rounded half away from zero."
     Sin "SIN" [Value] "SIN(angle)" "Sine of an Angle in 1/10000: SIN(30deg) is 5000. The MSP430F5529 has it."
     Cos "COS" [Value] "COS(angle)" "Cosine of an Angle in 1/10000. The MSP430F5529 has it."
-    Atan2 "ATAN2" [Value, Value] "ATAN2(y, x)" "Angle of the direction (x, y), above -180deg to 180deg; 0deg of (0, 0). The MSP430F5529 has it."
+    Atan2 "ATAN2" [Value, Value] "ATAN2(y, x)" "Angle of the direction (x, y), -180deg to 180deg; 0deg of (0, 0). The MSP430F5529 has it."
     Scale "SCALE" [Value, Value, Value, Value, Value] "SCALE(v, a, b, c, d)" "What v is between c and d if it is the same between a and b; beyond them it goes on. The MSP430F5529 has it."
     Err "ERR" [] "ERR" "In an error handler the fault's number: 1 for F01."
     Erl "ERL" [] "ERL" "In an error handler the line that failed."

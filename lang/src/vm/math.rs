@@ -20,7 +20,7 @@ pub fn binary(op: Op, left: i32, right: i32) -> Result<i32, Fault> {
         Op::Mod => Ok(left.wrapping_rem(right)),
         Op::Min => Ok(left.min(right)),
         Op::Max => Ok(left.max(right)),
-        Op::Atan2 => Ok(trig::atan2(left, right)),
+        Op::Atan2 => Ok(trig::atan2(left, right, trig::wide)),
         Op::And => Ok(left & right),
         Op::Or => Ok(left | right),
         Op::Xor => Ok(left ^ right),
@@ -49,8 +49,8 @@ pub fn unary(op: Op, value: i32) -> Result<i32, Fault> {
         Op::Neg => value.checked_neg().ok_or(Fault::Overflow),
         Op::Abs => value.checked_abs().ok_or(Fault::Overflow),
         Op::Sqr => root(value).ok_or(Fault::ValueRange),
-        Op::Sin => Ok(trig::sin(value)),
-        Op::Cos => Ok(trig::cos(value)),
+        Op::Sin => Ok(trig::sin(value, trig::wide)),
+        Op::Cos => Ok(trig::cos(value, trig::wide)),
         _ => Err(Fault::ImageRefused),
     }
 }

@@ -25,7 +25,7 @@ NEXT
 '> -5.000mm
 '> 10.000mm
 n = SCALE(n, i, i, 0, 5)
-'= fault F02 25
+'= fault F02 27
 '---
 ' RESUME runs the failed statement again, where something has changed.
 DIM a, b, i, n
@@ -46,11 +46,11 @@ SELECT CASE 12
   CASE 3, 12 / a : PRINT "case"
   CASE ELSE : PRINT "else"
 END SELECT
-'> F2 in 18
+'> F2 in 17
 '> case
 a = 0
 FOR i = 1 / a TO 2 : PRINT i : NEXT
-'> F2 in 24
+'> F2 in 23
 '> 1
 '> 2
 a = 0
@@ -58,26 +58,25 @@ WHILE n < 2 / a
   n = n + 1
   PRINT "w"; n
 WEND
-'> F2 in 29
+'> F2 in 28
 '> w1
 '> w2
 a = 0
 b = 7
 b = b + half(3) : PRINT b
 '> half
-'> F2 in 60
-'> half
+'> F2 in 61
 '> 10
 a = 0
 Wait 1ms / a : Wait (a - 1) * 1ms : PRINT "waited"
-'> F2 in 43
+'> F2 in 42
 '> waited
-MoveAxe X, a * 999mm
-'> F5 in 46
-PRINT POS(X)
-'> 0um
+n = SQR(-a)
+'> F20 in 45
+PRINT n
+'> 0
 GOSUB far
-'> F2 in 56
+'> F2 in 57
 '> far 1
 END
 '= done 52
@@ -93,9 +92,28 @@ END FUNCTION
 oops:
 PRINT "F"; ERR; " in "; ERL
 a = a + 1
-IF ERR = 5 THEN a = 0
+IF ERR = 20 THEN a = 0
 RESUME
 '---
 ' Without a fault it is F16.
 RESUME
 '= fault F16 2
+'---
+' A PRINT of more bytes than an entry of the statement table holds is one statement all the same.
+DIM a, d AS LENGTH
+ON ERROR GOTO oops
+d = 1mm
+PRINT d IN mm; d IN in; d IN mm; d IN in; d IN mm; d IN in; d IN mm; d IN in; 1 / a
+'> F2 5
+'> 1.000mm0.0394in1.000mm0.0394in1.000mm0.0394in1.000mm0.0394in1
+a = 0
+PRINT d IN mm; d IN in; d IN mm; d IN in; d IN mm; d IN in; d IN mm; d IN in; 1 / a; 1 / (a - 1)
+'> F2 9
+'> F2 9
+'> 1.000mm0.0394in1.000mm0.0394in1.000mm0.0394in1.000mm0.0394in01
+END
+'= done 13
+oops:
+a = a + 1
+PRINT "F"; ERR; " "; ERL
+RESUME

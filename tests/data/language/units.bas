@@ -12,7 +12,7 @@ PRINT half IN in; " "; -half IN in; " "; -2 * half IN in; " "; (half - 1um) IN m
 '> 0.0000in 0.0000in -0.0001in 0.000mm -0.005mm
 n = -2147483647
 PRINT (n - 1) * 1um IN mm; " "; (n - 1) * 1um IN in; " "; n * -1um IN mm; " "; n * -1um IN in
-'> -2147483.648mm -84546.5610in 2147483.647mm 84546.5609in
+'> -2147483.648mm -84546.5609in 2147483.647mm 84546.5609in
 t = 1500ms
 PRINT t IN s; " "; t IN min; " "; t IN ms; " "; -t IN min; " "; t / 5 IN min
 '> 1.500s 0.03min 1500ms -0.03min 0.01min
@@ -29,21 +29,20 @@ SetPos X, 3.5mm
 PRINT "x="; POS(X) IN mm; " y="; POS(Y) IN mm
 '> x=3.500mm y=0.000mm
 END
-'= done 33
+'= done 31
 FUNCTION third(e AS LENGTH) AS LENGTH
   PRINT "third"
   RETURN (e + 1um) / 3
 END FUNCTION
 '---
-' A name of the script's own that is spelled as a unit or as IN means what it meant.
-DIM s, mm, in, k AS LENGTH
+' A name of the script's own that is spelled as a unit means what it meant.
+DIM s, mm, k AS LENGTH
 s = 1
 mm = 5
-in = 2
 k = 1mm
 ON IN s RISE GOSUB hit
-PRINT IN(s); mm; in; k IN mm; k in mm
-'> 0521.000mm1.000mm
+PRINT IN(s); mm; k IN mm; k in mm
+'> 051.000mm1.000mm
 END
 '= done 9
 hit: RETURN

@@ -63,8 +63,8 @@ fn operators(engine: &mut Engine, runtime: &Shared) {
     type Unary = fn(i32) -> Result<i32, Fault>;
     type Binary = fn(i32, i32) -> Result<i32, Fault>;
     let one: [(&str, Unary); 7] = [
-        ("sine", |a| Ok(trig::sin(a))),
-        ("cosine", |a| Ok(trig::cos(a))),
+        ("sine", |a| Ok(trig::sin(a, trig::wide))),
+        ("cosine", |a| Ok(trig::cos(a, trig::wide))),
         ("neg", |a| a.checked_neg().ok_or(Fault::Overflow)),
         ("mag", |a| a.checked_abs().ok_or(Fault::Overflow)),
         ("bnot", |a| Ok(!a)),
@@ -78,7 +78,7 @@ fn operators(engine: &mut Engine, runtime: &Shared) {
         });
     }
     let two: [(&str, Binary); 7] = [
-        ("angle", |y, x| Ok(trig::atan2(y, x))),
+        ("angle", |y, x| Ok(trig::atan2(y, x, trig::wide))),
         ("div", quotient),
         ("rem", remainder),
         ("shl", |a, b| Ok(((a as u32) << shift_count(b)?) as i32)),
@@ -94,7 +94,7 @@ fn operators(engine: &mut Engine, runtime: &Shared) {
     }
     let shared = runtime.clone();
     engine.register_fn("muldiv", move |value: i32, times: i32, over: i32| -> Out<i32> {
-        trig::mul_div(value, times, over).or_else(|fault| raise(&shared, fault.into()))
+        trig::mul_div(value, times, over, trig::wide).or_else(|fault| raise(&shared, fault.into()))
     });
     let shared = runtime.clone();
     engine.register_fn("nz", move |a: i32| -> Out<()> {

@@ -69,9 +69,9 @@ impl<'a> Checker<'a> {
         let known = [value_of(&value), value_of(&times), value_of(&over)];
         let part = match known {
             [Some(value), Some(times), Some(over)] => {
-                self.folded(trig::mul_div(value, times, over), kind, span)?
+                self.folded(trig::mul_div(value, times, over, trig::wide), kind, span)?
             }
-            [_, _, Some(0)] => self.folded(trig::mul_div(1, 1, 0), kind, span)?,
+            [_, _, Some(0)] => self.folded(trig::mul_div(1, 1, 0, trig::wide), kind, span)?,
             _ => {
                 let node = hir::ExprKind::MulDiv(Box::new([value, times, over]));
                 hir::Expr { kind, span: range(span), node }
