@@ -9,9 +9,6 @@
 
 use crate::fault::Fault;
 
-/// Products and quotients through 64 bits.
-pub type Wide = fn(u32, u32, u32) -> u32;
-
 /// `a * b / c`, rounded down; `u32::MAX` when it does not fit or `c` is 0.
 pub fn wide(a: u32, b: u32, c: u32) -> u32 {
     let quotient = (u64::from(a) * u64::from(b)).checked_div(u64::from(c));
@@ -77,18 +74,18 @@ pub fn angle(v: [i32; 2]) -> u32 {
 }
 
 /// The sine of an angle in 1/1000 degrees, in 1/10000.
-pub fn sin(angle: i32, wide: Wide) -> i32 {
+pub fn sin(angle: i32, wide: impl Fn(u32, u32, u32) -> u32) -> i32 {
     shifted_sine(angle, 0, wide)
 }
 
 /// The cosine of an angle in 1/1000 degrees, in 1/10000.
-pub fn cos(angle: i32, wide: Wide) -> i32 {
+pub fn cos(angle: i32, wide: impl Fn(u32, u32, u32) -> u32) -> i32 {
     shifted_sine(angle, 1 << 30, wide)
 }
 
 /// The sine of an angle in 1/1000 degrees and `ahead`, 2^32 to a turn.
 #[inline(never)]
-fn shifted_sine(angle: i32, ahead: u32, wide: Wide) -> i32 {
+fn shifted_sine(angle: i32, ahead: u32, wide: impl Fn(u32, u32, u32) -> u32) -> i32 {
     let mut rest = angle % (2 * HALF);
     if rest < 0 {
         rest += 2 * HALF;
@@ -103,7 +100,7 @@ fn shifted_sine(angle: i32, ahead: u32, wide: Wide) -> i32 {
 
 /// The angle of the direction `(x, y)` in 1/1000 degrees, -180000 to 180000; 0 where both are 0.
 #[inline(never)]
-pub fn atan2(mut y: i32, mut x: i32, wide: Wide) -> i32 {
+pub fn atan2(mut y: i32, mut x: i32, wide: impl Fn(u32, u32, u32) -> u32) -> i32 {
     if (x.unsigned_abs() | y.unsigned_abs()) >> 28 != 0 {
         (x, y) = (x >> 3, y >> 3);
     }
@@ -118,7 +115,12 @@ pub fn atan2(mut y: i32, mut x: i32, wide: Wide) -> i32 {
 /// # Errors
 /// F02 when `over` is 0, F01 when the result does not fit into 32 bits.
 #[inline(never)]
-pub fn mul_div(value: i32, times: i32, over: i32, wide: Wide) -> Result<i32, Fault> {
+pub fn mul_div(
+    value: i32,
+    times: i32,
+    over: i32,
+    wide: impl Fn(u32, u32, u32) -> u32,
+) -> Result<i32, Fault> {
     let negative = (value ^ times ^ over) < 0;
     let (value, times, over) = (value.unsigned_abs(), times.unsigned_abs(), over.unsigned_abs());
     if over == 0 {

@@ -144,6 +144,7 @@ macro_rules! with_plain {
     StepRate "STEPRATE" Soft "AS STEPRATE" "Steps per second: `2000st/s`."
     Accel "ACCEL" Soft "AS ACCEL" "Micrometres per second squared: `250mm/s2`."
     StepAccel "STEPACCEL" Soft "AS STEPACCEL" "Steps per second squared: `25000st/s2`."
+    Angle "ANGLE" Soft "AS ANGLE" "Thousandths of a degree: `90deg`, `500mdeg`."
 } };
 }
 
