@@ -7,6 +7,7 @@ use crate::back::courses::Courses;
 use crate::back::data::{self, Data};
 use crate::back::graph::Graph;
 use crate::back::ir::{Cond, Handler, Item, Label, RoutineCode, Unit};
+use crate::back::places::{NO_RESUME, close, parted};
 use crate::back::report::{Compiled, Mark, MarkKind, Sidecar, VarPlace};
 use crate::hir::{Limits, Program, RoutineId, Storage, VarId};
 use crate::image::statements::{self, Place};
@@ -154,9 +155,6 @@ pub fn constant(value: i32) -> Vec<u8> {
     }
     with(Op::Long, &value.to_le_bytes())
 }
-
-/// RESUME NEXT goes on behind the statement's own code.
-const NO_RESUME: usize = usize::MAX;
 
 /// Finished code.
 struct Code {
@@ -498,27 +496,4 @@ impl<'a> Emitter<'a> {
         head.extend(self.limits.map(|at| self.address(at)).into_iter().flatten());
         self.data.bytes[..head.len()].copy_from_slice(&head);
     }
-}
-
-/// A place ends where the next begins; without a label RESUME NEXT goes on there.
-fn close(place: &mut Place, end: usize) {
-    place.end = end;
-    if place.resume == NO_RESUME {
-        place.resume = end;
-    }
-}
-
-/// A place as entries that hold it: a longer one goes on where nothing is on the stack, as the image check demands of
-/// an entry's beginning.
-fn parted(place: Place, parts: &[usize]) -> Vec<Place> {
-    let mut out = Vec::new();
-    let mut entry = place.start;
-    while place.end - entry > statements::LONGEST {
-        let inside = |at: &&usize| **at > entry && **at <= entry + statements::LONGEST;
-        let Some(&end) = parts.iter().rfind(inside) else { break };
-        out.push(Place { entry, end, ..place });
-        entry = end;
-    }
-    out.push(Place { entry, ..place });
-    out
 }

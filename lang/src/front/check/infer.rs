@@ -383,11 +383,10 @@ impl<'a> Inference<'_, 'a> {
             },
             ExprKind::Apply(name, args) => match self.checker.names.look(self.scope, &name.key) {
                 Some(Entity::Routine(_)) => self.call(&name.key, args),
-                None if Func::soft(&name.key).is_some() => match Func::soft(&name.key) {
-                    Some(func) => self.builtin(func, args),
-                    None => Ty::Unknown,
-                },
                 entity => {
+                    if let (None, Some(func)) = (entity, Func::soft(&name.key)) {
+                        return self.builtin(func, args);
+                    }
                     self.exprs(args);
                     if let Some(id) = self.checker.edge(name) {
                         return self.slot(self.result_slot(id));
@@ -440,9 +439,7 @@ impl<'a> Inference<'_, 'a> {
                 _ => Ty::Unknown,
             },
             Func::Sin | Func::Cos => {
-                if let Some(&angle) = tys.first() {
-                    self.bind(angle, Ty::Known(Kind::Angle));
-                }
+                tys.iter().for_each(|&ty| self.bind(ty, Ty::Known(Kind::Angle)));
                 Ty::Known(Kind::Number)
             }
             Func::Atan2 => {
@@ -455,7 +452,7 @@ impl<'a> Inference<'_, 'a> {
                 [a, b] => self.partners(a, b),
                 _ => Ty::Unknown,
             },
-            _ => Ty::Known(func_kind(func)),
+            _ => Ty::Known(kinds::func_kind(func)),
         }
     }
 
@@ -498,19 +495,5 @@ fn as_operand(op: BinaryOp, ty: Ty) -> Ty {
             Ty::Known(Kind::Number)
         }
         ty => ty,
-    }
-}
-
-/// Kind of a built-in function's result; those that keep their argument's kind count as Number.
-pub(super) const fn func_kind(func: Func) -> Kind {
-    match func {
-        Func::Pos | Func::Probed | Func::Length => Kind::Length,
-        Func::PosSt | Func::ProbedSt | Func::Steps => Kind::Steps,
-        Func::Timer => Kind::Time,
-        Func::Atan2 => Kind::Angle,
-        Func::In | Func::Out | Func::ProbeOk | Func::Moving | Func::Homed | Func::TimedOut => {
-            Kind::Truth
-        }
-        _ => Kind::Number,
     }
 }
