@@ -307,7 +307,7 @@ impl<'a, 'm> Vm<'a, 'm> {
                 self.push(top)?;
                 self.push(below)?;
             }
-            Op::Neg | Op::Abs | Op::Sqr => {
+            Op::Neg | Op::Abs | Op::Sqr | Op::Sin | Op::Cos => {
                 let value = self.pop()?;
                 self.push(math::unary(op, value)?)?;
             }
