@@ -43,7 +43,8 @@ fn turned(v: &mut [i32; 2], angle: u32, to_axis: bool) -> u32 {
     let mut rest = angle;
     for i in 0..28_usize {
         let step = ATAN.get(i).copied().unwrap_or_else(|| ATAN[12] >> (i - 12));
-        if if to_axis { y > 0 } else { rest.cast_signed() < 0 } {
+        let back = if to_axis { y > 0 } else { rest.cast_signed() < 0 };
+        if back {
             (x, y) = (x + (y >> i), y - (x >> i));
             rest = rest.wrapping_add(step);
         } else {
