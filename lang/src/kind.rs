@@ -23,13 +23,15 @@ pub enum Kind {
     Accel,
     /// steps/s2
     StepAccel,
+    /// 1/1000 degree
+    Angle,
     /// mV
     Voltage,
 }
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Kind; 10] = [
+    pub const ALL: [Kind; 11] = [
         Kind::Number,
         Kind::Truth,
         Kind::Length,
@@ -39,6 +41,7 @@ impl Kind {
         Kind::StepRate,
         Kind::Accel,
         Kind::StepAccel,
+        Kind::Angle,
         Kind::Voltage,
     ];
 
@@ -54,6 +57,7 @@ impl Kind {
             Kind::StepRate => "StepRate",
             Kind::Accel => "Accel",
             Kind::StepAccel => "StepAccel",
+            Kind::Angle => "Angle",
             Kind::Voltage => "Voltage",
         }
     }
@@ -74,7 +78,8 @@ impl Kind {
             Kind::StepRate => Unit::StepsPerS,
             Kind::Accel => Unit::UmPerS2,
             Kind::StepAccel => Unit::StepsPerS2,
-            Kind::Voltage => Unit::Mv,
+            Kind::Angle => Unit::MilliDeg,
+            Kind::Voltage => Unit::MilliVolt,
         }
     }
 }
@@ -82,22 +87,5 @@ impl Kind {
 impl core::fmt::Display for Kind {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(self.name())
-    }
-}
-
-impl Unit {
-    /// The suffix, empty for [`Unit::None`].
-    pub const fn suffix(self) -> &'static str {
-        match self {
-            Unit::None => "",
-            Unit::Um => "um",
-            Unit::Steps => "st",
-            Unit::Ms => "ms",
-            Unit::UmPerS => "um/s",
-            Unit::StepsPerS => "st/s",
-            Unit::UmPerS2 => "um/s2",
-            Unit::StepsPerS2 => "st/s2",
-            Unit::Mv => "mV",
-        }
     }
 }

@@ -276,7 +276,11 @@ impl Part {
         let runs = runs.then_some(library);
         let courses = image.has_courses() && self.lacks_feature(feature::COURSE);
         let courses = courses.then_some(Lack::Feature(feature::COURSE));
+        let extra = image.extra().fold(0, |all, (_, feature)| all | feature) & !self.features;
+        let extra =
+            [feature::RETRY, feature::MATHS].into_iter().filter(move |bit| extra & bit != 0);
         self.header_lacks(&image.header, image.events())
+            .chain(extra.map(Lack::Feature))
             .chain(runs)
             .chain(courses)
             .chain(rate)
@@ -365,6 +369,8 @@ impl core::fmt::Display for Lack {
             Lack::Feature(feature::STREAM) => "jobs larger than its memory (stream)",
             Lack::Feature(feature::LIBRARY) => "a library of programs (RUN)",
             Lack::Feature(feature::POWER) => "a laser's power (S); M3 and M5 alone switch it",
+            Lack::Feature(feature::RETRY) => "RESUME, which runs the failed statement again",
+            Lack::Feature(feature::MATHS) => "SIN, COS, ATAN2 and SCALE",
             Lack::Feature(feature::ANALOG) => "analog inputs ([[analog]] in the profile)",
             Lack::Feature(feature::LINES) => "error handlers (ON ERROR)",
             Lack::Feature(_) => "more than 32 KB of program",

@@ -39,9 +39,13 @@ pub mod feature {
     /// Lines run through their corners by slow points that the host has computed ([`course`](crate::image::course)); no
     /// image's header has it: those with [`MachineRecord::COURSES`](super::MachineRecord::COURSES) want it.
     pub const COURSE: u16 = 1 << 10;
+    /// RESUME alone; no image's header has it: those with the instruction want it.
+    pub const RETRY: u16 = 1 << 11;
+    /// SIN, COS, ATAN2, SCALE; no image's header has it: those with the instructions want it.
+    pub const MATHS: u16 = 1 << 12;
     /// Analog inputs; no image's header has it: AIN needs a
     /// profile with analog inputs, and that wants it.
-    pub const ANALOG: u16 = 1 << 11;
+    pub const ANALOG: u16 = 1 << 13;
 }
 
 /// One axis in an image.

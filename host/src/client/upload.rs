@@ -146,7 +146,10 @@ impl<L: Link> Client<L> {
         }
         if let Ok(image) = Image::new(image) {
             let runs = called::runs(&image).next().map_or(0, |_| feature::LIBRARY);
-            let missing = (u16::from(image.header.features) | runs) & !identity.features;
+            let wanted = u16::from(image.header.features)
+                | runs
+                | image.extra().fold(0, |all, (_, feature)| all | feature);
+            let missing = wanted & !identity.features;
             if missing != 0 {
                 let lack = Lack::Feature(1 << missing.trailing_zeros());
                 let runs = |part: &&Part| part.lacks(&image, SHORT_PULSE_US).is_none();

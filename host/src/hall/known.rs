@@ -121,6 +121,7 @@ impl Variable {
             Some(Kind::Speed) => ("mm/s", 0.001),
             Some(Kind::Accel) => ("mm/s2", 0.001),
             Some(Kind::Time) => ("s", 0.001),
+            Some(Kind::Angle) => ("deg", 0.001),
             Some(Kind::Steps) => ("steps", 1.0),
             Some(Kind::StepRate) => ("steps/s", 1.0),
             Some(Kind::StepAccel) => ("steps/s2", 1.0),

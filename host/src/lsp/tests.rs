@@ -258,7 +258,7 @@ fn signatures_follow_the_argument() {
 fn completion_knows_what_a_place_wants() {
     let mut editor = Editor::new();
     editor.open(
-        "DIM hole AS \nOUTPUT pump = 1\nTABLE pads = 1mm\nagain: \nGOTO \nPRINT POS(\nPRINT COUNT(\nMoveAxe \nEXIT \nON \nPROFILE \"\nSUB drill\nEND SUB\nGOSUB \nhole = \n",
+        "DIM hole AS \nOUTPUT pump = 1\nTABLE pads = 1mm\nagain: \nGOTO \nPRINT POS(\nPRINT COUNT(\nMoveAxe \nEXIT \nON \nPROFILE \"\nSUB drill\nEND SUB\nGOSUB \nhole = \nPRINT hole IN \nhole = Cos(\n",
     );
     let mut labels = |line, character| -> Vec<String> {
         let items = editor.at("textDocument/completion", line, character);
@@ -276,6 +276,11 @@ fn completion_knows_what_a_place_wants() {
     assert_eq!(labels(13, 6), ["drill", "again"]);
     let value = labels(14, 7);
     assert!(value.contains(&"pump".to_owned()) && !value.contains(&"drill".to_owned()));
+    assert!(value.contains(&"ATAN2".to_owned()));
+    let units = labels(15, 14);
+    assert!(units.contains(&"mm/min".to_owned()) && !units.contains(&"hole".to_owned()));
+    let hover = editor.at("textDocument/hover", 16, 8);
+    assert!(hover["contents"]["value"].as_str().is_some_and(|v| v.contains("COS(angle)")));
     editor.close();
 }
 

@@ -25,6 +25,7 @@ mod names;
 mod order;
 mod stmt;
 mod timers;
+mod turning;
 
 use std::collections::{HashMap, HashSet};
 

@@ -91,6 +91,8 @@ pub const F5529: Part = Part {
         | feature::POWER
         | feature::STREAM
         | feature::LIBRARY
+        | feature::RETRY
+        | feature::MATHS
         | feature::ANALOG,
     pool: [1152, 1152],
     event_pool: [0, 0],

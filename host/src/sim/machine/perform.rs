@@ -86,7 +86,7 @@ impl Machine {
             }
             Effect::PrintText(index) => self.print.text(index),
             Effect::PrintValue(value, unit) => {
-                self.print.push(format_args!("{value}{}", unit.suffix()));
+                self.print.push(format_args!("{}", unit.show(value)));
             }
             Effect::PrintEnd => {
                 let text = self.print.take();

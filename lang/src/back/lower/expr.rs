@@ -26,6 +26,7 @@ const fn binary(op: BinOp) -> Op {
         BinOp::Ge => Op::Ge,
         BinOp::Min => Op::Min,
         BinOp::Max => Op::Max,
+        BinOp::Atan2 => Op::Atan2,
     }
 }
 
@@ -63,6 +64,10 @@ impl Lower<'_> {
             ExprKind::ToLength(axis, value) => {
                 self.expr(value);
                 self.push(Item::Flags(Op::ToLength, [*axis as u8, 0, 0]));
+            }
+            ExprKind::MulDiv(parts) => {
+                parts.iter().for_each(|part| self.expr(part));
+                self.plain(Op::MulDiv);
             }
             ExprKind::Read(read) => self.read(read),
             ExprKind::Err => self.plain(Op::Err),
@@ -182,6 +187,8 @@ impl Lower<'_> {
             UnOp::Neg => self.plain(Op::Neg),
             UnOp::Abs => self.plain(Op::Abs),
             UnOp::Sqr => self.plain(Op::Sqr),
+            UnOp::Sin => self.plain(Op::Sin),
+            UnOp::Cos => self.plain(Op::Cos),
         }
     }
 

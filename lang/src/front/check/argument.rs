@@ -219,6 +219,7 @@ fn with_unit(kind: Kind, expr: &Expr) -> Vec<String> {
         Kind::StepRate => &["st/s"],
         Kind::Accel => &["mm/s2"],
         Kind::StepAccel => &["st/s2"],
+        Kind::Angle => &["deg"],
         Kind::Voltage => &["mV", "V"],
     };
     match value {

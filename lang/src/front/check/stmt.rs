@@ -156,6 +156,7 @@ impl<'a> Checker<'a> {
                 one(hir::StmtKind::OnError(Some(label)))
             }
             StmtKind::ResumeNext => last(hir::StmtKind::ResumeNext),
+            StmtKind::Resume => last(hir::StmtKind::Resume),
             StmtKind::OnIn { input, handler } => {
                 one(self.on_input(input, handler.as_ref(), stmt.span)?)
             }

@@ -136,7 +136,7 @@ impl Walk {
                     self.declare(name, sort, stmt.span);
                 }
             }
-            StmtKind::Table { name, width, rows } => {
+            StmtKind::Table { name, width, rows, .. } => {
                 width
                     .as_deref()
                     .into_iter()
@@ -226,6 +226,7 @@ impl Walk {
             | StmtKind::End
             | StmtKind::Run(_)
             | StmtKind::ResumeNext
+            | StmtKind::Resume
             | StmtKind::OnEvery(None) => {}
         }
     }
@@ -257,7 +258,7 @@ impl Walk {
             }
             Machine::Print(parts) => {
                 for part in parts {
-                    if let PrintPart::Value(value) = part {
+                    if let PrintPart::Value(value, _) = part {
                         self.expr(value);
                     }
                 }

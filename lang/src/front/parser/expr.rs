@@ -179,7 +179,8 @@ fn primary(i: In<'_>) -> Parsed<'_, Tall> {
 fn number(i: In<'_>) -> Parsed<'_, Expr> {
     let span = i.first().span;
     let after = i.rest();
-    if is_unit(after) && after.second().tok != Tok::Sign(Sign::Open) {
+    let shown = after.tok() == Tok::Func(Func::In) && is_unit(after.rest());
+    if is_unit(after) && after.second().tok != Tok::Sign(Sign::Open) && !shown {
         let (digits, unit) = (i.word(), after.word());
         let whole = span.to(after.first().span);
         let message = format!("a blank stands between `{digits}` and its unit");
@@ -251,11 +252,23 @@ pub fn arguments(i: In<'_>) -> Parsed<'_, (Vec<Expr>, usize)> {
     if inner.tok() == Tok::Sign(Sign::Close) {
         return Ok((inner.rest().back_to(i), (Vec::new(), 0)));
     }
-    let (rest, list) = separated_list1(comma, cut(|j| climb(j, 0))).parse(inner)?;
+    let argument = |j: In<'_>| match j.tokens.len() < inner.tokens.len() && names_column(j) {
+        true => axis(j)
+            .map(|(rest, axis)| (rest, (Expr { kind: ExprKind::Axis(axis), span: axis.span }, 1))),
+        false => climb(j, 0),
+    };
+    let (rest, list) = separated_list1(comma, cut(argument)).parse(inner)?;
     let (rest, _) = cut(tok(Tok::Sign(Sign::Close), "`)`")).parse(rest)?;
     let height = list.iter().map(|(_, h)| *h).max().unwrap_or(0);
     let args = list.into_iter().map(|(e, _)| e).collect();
     Ok((rest.back_to(i), (args, height)))
+}
+
+/// Whether an axis letter alone stands before the closing parenthesis: a column of a TABLE may be called so.
+fn names_column(i: In<'_>) -> bool {
+    i.tok() == Tok::Name
+        && i.second().tok == Tok::Sign(Sign::Close)
+        && ["x", "y", "z"].iter().any(|letter| i.word().eq_ignore_ascii_case(letter))
 }
 
 fn builtin(i: In<'_>, func: Func) -> Parsed<'_, Tall> {
