@@ -4,7 +4,8 @@ use super::input::{In, is_unit};
 use super::piece::{Closer, Opener, Piece, closing_words};
 use super::slips;
 pub use super::slips::{
-    argument_sign, axis_as_value, joined, loop_label, print_comma, reserved_label,
+    argument_sign, axis_as_value, joined, loop_label, print_comma, reserved_label, undeclared,
+    undeclared_target,
 };
 use super::stmt::behind_parentheses;
 use crate::front::ast::{Expr, ExprKind};
@@ -211,6 +212,9 @@ pub fn unknown_statement(i: In<'_>) -> Diag {
         let message = "there is no `ALIAS`";
         return Diag::new(Code::ForeignStatement, i.second().span, message)
             .hint(format!("write `INPUT {word} = 1` or `OUTPUT {word} = 1`"));
+    }
+    if let Some(diag) = slips::unit_in_word(i) {
+        return diag;
     }
     let message = format!("there is no statement or SUB `{word}`");
     let diag = Diag::new(Code::UnknownStatement, span, message);
