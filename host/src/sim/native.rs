@@ -35,7 +35,7 @@ const BOOT_US: u64 = 700_000;
 /// The world's inputs at time 0 come so long before, us: longer than any filter.
 const FILTERS_US: u64 = 60_000;
 /// Passes of the machine between two questions whether the user wants an end.
-const QUESTION: u32 = 4_096;
+const QUESTION: u32 = 64;
 /// Bytes kept of a printed line.
 const LONGEST: usize = 4_096;
 
