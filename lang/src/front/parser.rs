@@ -154,7 +154,9 @@ fn statement<'a>(i: In<'a>, builder: &mut Builder<'_>) -> In<'a> {
                 Tok::Name if i.second().tok == Tok::Sign(Sign::Eq) => Some("name = expression"),
                 _ => None,
             };
-            let slip = foreign::reserved_label(i).or_else(|| foreign::undeclared_target(i));
+            let slip = slips::reserved_label(i)
+                .or_else(|| slips::undeclared_target(i))
+                .or_else(|| slips::closed_line(i));
             if let Some(diag) = slip.or_else(|| failure.into_diag(i.context.text, usage)) {
                 builder.diags().push(diag);
             }

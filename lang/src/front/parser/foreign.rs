@@ -3,10 +3,7 @@
 use super::input::{In, is_unit};
 use super::piece::{Closer, Opener, Piece, closing_words};
 use super::slips;
-pub use super::slips::{
-    argument_sign, axis_as_value, joined, loop_label, print_comma, reserved_label, undeclared,
-    undeclared_target,
-};
+pub use super::slips::{argument_sign, axis_as_value, joined, loop_label, print_comma, undeclared};
 use super::stmt::behind_parentheses;
 use crate::front::ast::{Expr, ExprKind};
 use crate::front::codes::Code;

@@ -74,6 +74,26 @@ pub fn words_apart(i: In<'_>) -> Option<Diag> {
     )
 }
 
+/// `IF c THEN PRINT 1 END IF`: an IF with its statement in one line needs no end. `i` stands at the IF.
+pub fn closed_line(i: In<'_>) -> Option<Diag> {
+    let length = i.tokens.iter().position(|t| t.tok == Tok::LineEnd)?;
+    let (Tok::Kw(Kw::If), line) = (i.tok(), i.tokens.get(..length)?) else { return None };
+    let span = match line {
+        [.., end, last] if (end.tok, last.tok) == (Tok::Kw(Kw::End), Tok::Kw(Kw::If)) => {
+            end.span.to(last.span)
+        }
+        [.., last] if last.span.of(i.context.text).eq_ignore_ascii_case("ENDIF") => last.span,
+        _ => return None,
+    };
+    let then = line.iter().any(|t| t.tok == Tok::Kw(Kw::Then));
+    let message = "an IF that has its statement in its line ends with that line";
+    then.then(|| {
+        Diag::new(Code::UnopenedBlock, span, message)
+            .hint(format!("delete `{}`", span.of(i.context.text)))
+            .fix(span, "")
+    })
+}
+
 /// `F1200mm/min` at the begin of a line, where it could be a name.
 pub fn unit_in_word(i: In<'_>) -> Option<Diag> {
     let start = i.first().span.start;
