@@ -261,13 +261,13 @@ fn a_latched_fault_is_told_before_a_job() {
 
 fn told_before_a_job(part: &str) {
     let board = Board(common::Board::start(&["--part", part]));
-    let faulty = "DIM n\nPRINT 1\nn = 1 / n\nPRINT n\n";
+    let faulty = "PRINT 1\nWaitIn 5, ON, 50ms\nPRINT 2\n";
     let mut stream = board.stream(faulty, &["--any-profile"]);
     stream.hears("--from-line");
     assert_eq!(stream.end().0, 3);
     assert!(board.status().contains("\"state\":\"fault\""), "{}", board.status());
     let mut stream = board.stream("MoveRel X, 1mm\n", &["--any-profile"]);
-    stream.hears("F02 is latched (division by zero)");
+    stream.hears("F13 is latched (");
     assert!(stream.told.contains("`pasapas start` acknowledges"), "{}", stream.told);
     assert_eq!(stream.end().0, 4);
     // It was told, not acknowledged.

@@ -377,18 +377,14 @@ pub fn surplus(i: In<'_>) -> Option<Diag> {
 pub fn one_line_end(i: In<'_>) -> Option<Diag> {
     let (Tok::Kw(Kw::End), Tok::Kw(Kw::If)) = (i.tok(), i.second().tok) else { return None };
     let span = i.first().span.to(i.second().span);
-    let diag = Diag::new(Code::BlockInOneLine, span, "a one-line IF has no END IF");
-    Some(diag.hint("leave it out, or end the line behind THEN").fix(span, ""))
+    Some(slips::one_line_end(span))
 }
 
 /// A block's line inside a one-line IF.
 pub fn in_one_line(i: In<'_>, span: Span, piece: &Piece) -> Diag {
     let word = i.word().to_ascii_uppercase();
     match piece {
-        Piece::Close(Closer::If) => {
-            Diag::new(Code::BlockInOneLine, span, "a one-line IF has no END IF")
-                .hint("leave it out")
-        }
+        Piece::Close(Closer::If) => slips::one_line_end(span),
         Piece::ElseIf(_) => Diag::new(Code::BlockInOneLine, span, "a one-line IF has no ELSEIF")
             .hint("write `ELSE IF ... THEN`, or the block form with THEN at the line's end"),
         _ => Diag::new(

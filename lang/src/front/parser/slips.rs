@@ -86,12 +86,14 @@ pub fn closed_line(i: In<'_>) -> Option<Diag> {
         _ => return None,
     };
     let then = line.iter().any(|t| t.tok == Tok::Kw(Kw::Then));
-    let message = "an IF that has its statement in its line ends with that line";
-    then.then(|| {
-        Diag::new(Code::UnopenedBlock, span, message)
-            .hint(format!("delete `{}`", span.of(i.context.text)))
-            .fix(span, "")
-    })
+    then.then(|| one_line_end(span))
+}
+
+/// What is told of the END IF of an IF that has its statement in its line.
+pub fn one_line_end(span: Span) -> Diag {
+    Diag::new(Code::BlockInOneLine, span, "a one-line IF has no END IF")
+        .hint("leave it out, or end the line behind THEN")
+        .fix(span, "")
 }
 
 /// `F1200mm/min` at the begin of a line, where it could be a name.
