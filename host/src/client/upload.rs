@@ -198,8 +198,9 @@ impl<L: Link> Client<L> {
                 .map(|pair| u16::from_le_bytes([pair[0], *pair.get(1).unwrap_or(&0xFF)]))
                 .collect();
             match self.write_all(window + (sent / 2) as u16, &values) {
-                // An adapter that pauses between its packets tears long requests apart: short ones fit into a packet.
-                Err(ClientError::Silent | ClientError::Noise(_)) if values.len() > REGISTERS => {
+                // An adapter that pauses between its packets, here or beyond a gateway, tears long requests apart: short
+                // ones fit into a packet.
+                Err(error) if error.may_be_done() && values.len() > REGISTERS => {
                     most = REGISTERS;
                     continue;
                 }

@@ -39,9 +39,16 @@ pub fn hover(document: &Document, position: Position) -> Option<Hover> {
     })
 }
 
-/// The line that declares a name.
+/// Characters of a declaration that are shown.
+const SHOWN: usize = 300;
+
+/// The line that declares a name, or its beginning.
 pub fn declaration(document: &Document, symbol: &Symbol) -> String {
-    document.line_of(symbol.name.span.start).to_owned()
+    let line = document.line_of(symbol.name.span.start);
+    match line.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}...", &line[..end]),
+        None => line.to_owned(),
+    }
 }
 
 /// A name's facts.

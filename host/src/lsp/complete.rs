@@ -9,7 +9,7 @@ use lang::profile::BUILT_IN;
 use lsp_types::{CompletionItem, CompletionItemKind, Documentation, Position};
 
 use super::about;
-use super::document::Document;
+use super::document::{Document, MOST};
 use super::signature::{Call, Callee};
 
 /// What the text before the caret asks for.
@@ -250,7 +250,7 @@ fn names(document: &Document, offset: u32, wanted: impl Fn(Sort) -> bool) -> Vec
         detail: Some(about::declaration(document, symbol)),
         ..CompletionItem::default()
     };
-    seen.filter(|symbol| wanted(symbol.sort)).map(item).collect()
+    seen.filter(|symbol| wanted(symbol.sort)).take(MOST).map(item).collect()
 }
 
 /// Inputs (`false`) and outputs (`true`) that the profile names.

@@ -1,5 +1,7 @@
 //! A session over the protocol, in memory.
 
+mod large;
+
 use lsp_server::{Connection, Message, Notification, Request, RequestId, Response};
 use serde_json::{Value, json};
 

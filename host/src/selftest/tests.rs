@@ -219,3 +219,63 @@ fn hands_are_seen() {
     let report = measured(&mut client, plan).expect("it is measured");
     assert_eq!(verdicts(&report), [false; 3], "{:#?}", report.rows);
 }
+
+/// A link that is at a standstill each time that an erase is asked for, as often as it says: the computer's clock goes on,
+/// the board's does not.
+struct Stalls {
+    link: InProcess,
+    times: u32,
+    left: Duration,
+    lag: Duration,
+}
+
+impl Link for Stalls {
+    fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        let [a, b] = lang::wire::UPLOAD_CONTROL.to_be_bytes();
+        let replace = lang::wire::Upload::Replace as u8;
+        if self.times > 0 && bytes.get(1..6) == Some(&[6, a, b, 0, replace]) {
+            self.times -= 1;
+            self.left = Duration::from_millis(900);
+        }
+        self.link.send(bytes)
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> std::io::Result<usize> {
+        if self.left.is_zero() {
+            return self.link.receive(buffer, patience);
+        }
+        let waited = patience.min(self.left);
+        self.left -= waited;
+        self.lag += waited;
+        Ok(0)
+    }
+
+    fn now(&self) -> Duration {
+        self.link.now() + self.lag
+    }
+
+    fn pause(&mut self, time: Duration) {
+        self.link.pause(time);
+    }
+
+    fn set_mode(&mut self, mode: Mode) -> std::io::Result<bool> {
+        self.link.set_mode(mode)
+    }
+}
+
+/// How long an erase takes is the board's time: a computer that is busy for a while makes no flash slow. One that is slow
+/// each time is.
+#[test]
+fn a_busy_computer_makes_no_flash_slow() {
+    let plan = Plan { unplugged: false, rates: false, listen: Duration::from_millis(100), ..ALL };
+    for (times, good) in [(2, true), (u32::MAX, false)] {
+        let (_rig, client) = board(&G2553, &World::empty());
+        let link =
+            Stalls { link: client.into_link(), times, left: Duration::ZERO, lag: Duration::ZERO };
+        let mut client = Client::new(link, 1);
+        let report = run(&mut client, plan, &mut |_| {}, &mut |_| {}).expect("it is measured");
+        let row = report.rows.iter().find(|row| row.check == "erase of the program area");
+        let verdict = row.map(|row| row.verdict == Verdict::Good);
+        assert_eq!(verdict, Some(good), "{times}: {row:?}");
+    }
+}

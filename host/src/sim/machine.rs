@@ -67,6 +67,8 @@ use super::{End, Options, SimError, Sink};
 
 /// Simulated time that a statement takes, us (lang/README.md, The machine).
 pub const STATEMENT_US: u64 = 20;
+/// Statements between two questions whether the user wants an end.
+const QUESTION: u64 = 4_096;
 
 /// See the module.
 pub struct Machine {
@@ -150,8 +152,13 @@ impl Machine {
 
     /// `count` statements without effects are about to run.
     pub fn pass(&mut self, count: u32) {
+        let asked = self.clock.statements() / QUESTION;
         if let Some(to) = self.clock.pass(count) {
             self.advance_to(to);
+        }
+        // Where nothing happens nobody else looks.
+        if self.clock.statements() / QUESTION != asked {
+            self.look_for_interruption();
         }
     }
 

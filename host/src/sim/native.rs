@@ -33,7 +33,7 @@ use super::{End, Options, SimError, Sink, told};
 /// that takes what is printed.
 const BOOT_US: u64 = 700_000;
 /// Passes of the machine between two questions whether the user wants an end.
-const QUESTION: u32 = 4_096;
+const QUESTION: u32 = 64;
 /// Bytes kept of a printed line.
 const LONGEST: usize = 4_096;
 

@@ -83,7 +83,11 @@ fn a_machine_is_set_up_step_by_step_left_and_taken_up_again() -> Outcome<()> {
     stand.board()?.until("output 1", |status| status.outputs == [1])?;
     page.push("[aria-label='Output 1 off']")?;
     stand.board()?.until("no output", |status| status.outputs.is_empty())?;
+    // A name that no script can write is refused with one that it can.
     page.fill("[aria-label='Name of output 1']", "mill motor")?;
+    page.push("[aria-label='Keep output 1']")?;
+    page.says("#notes", "write \"mill_motor\"")?;
+    page.fill("[aria-label='Name of output 1']", "mill_motor")?;
     page.push("[aria-label='Keep output 1']")?;
     page.wait("document.querySelector('#apply') !== null", PATIENCE)?;
     // Left, and taken up again.

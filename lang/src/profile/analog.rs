@@ -81,19 +81,6 @@ impl Profile {
                     analog.filter_ms
                 ));
             }
-            if let Some(name) = &analog.name {
-                let same = |other: &Option<String>| {
-                    other.as_ref().is_some_and(|o| o.eq_ignore_ascii_case(name))
-                };
-                let taken = self.analogs[..at].iter().any(|other| same(&other.name))
-                    || self.inputs.iter().any(|other| same(&other.name))
-                    || self.outputs.iter().any(|other| same(&other.name));
-                if taken {
-                    return refuse(format!(
-                        "analog {n}: the name {name:?} is given twice; give one of them another"
-                    ));
-                }
-            }
         }
         for (at, threshold) in self.thresholds.iter().enumerate() {
             let Threshold { input, analog, on_mv, off_mv } = *threshold;

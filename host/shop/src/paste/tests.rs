@@ -186,8 +186,8 @@ fn what_is_wrong_with_a_layer_is_told_by_line() {
 #[test]
 fn what_is_wrong_with_a_needle_is_told_by_key() {
     for (from, to, line, words, hint) in [
-        ("stencil", "stensil", 3, "there is no key `stensil`", "`stencil` is the nearest key"),
-        ("ms = 80\n", "", 1, "missing field `ms`", "add the key"),
+        ("stencil", "stensil", 3, "there is no key `stensil` here", "`stencil` is the nearest key"),
+        ("ms = 80\n", "", 1, "the key `ms` is missing", "add it"),
         ("dot = 0.6", "dot = -1", 2, "dot is -1", "0.01 to 20 mm"),
         ("diameter = 0.4", "diameter = 4", 2, "a dot 0.6 mm wide", "half as wide"),
         ("ms = 80", "ms = 0", 5, "ms is 0", "1 to 60000 ms"),

@@ -38,7 +38,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 ///
 /// # Errors
 /// A fault is latched, or an input holds the board; in words.
-fn startable(status: &Status) -> Result<(), Failure> {
+pub(super) fn startable(status: &Status) -> Result<(), Failure> {
     let why = match (status.run_state, &status.fault, status.blocked_by) {
         (Some(RunState::Fault), Some(fault), _) => {
             let text = status.text.unwrap_or_default();

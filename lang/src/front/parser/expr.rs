@@ -210,11 +210,11 @@ fn named(i: In<'_>) -> Parsed<'_, Tall> {
     {
         return Err(match kw {
             _ if i.at_end() => i.expected("an expression"),
-            kw if kw.begins_statement() => {
+            kw if kw.begins_statement() => i.fail(foreign::undeclared(i).unwrap_or_else(|| {
                 let message =
                     format!("expected an expression, found the statement `{}`", kw.text());
-                i.fail(Diag::new(Code::Expected, i.first().span, message))
-            }
+                Diag::new(Code::Expected, i.first().span, message)
+            })),
             _ => i.expected("an expression"),
         });
     }
@@ -286,6 +286,9 @@ fn builtin(i: In<'_>, func: Func) -> Parsed<'_, Tall> {
         };
     }
     if open.tok() != Tok::Sign(Sign::Open) {
+        if let Some(diag) = foreign::undeclared(i) {
+            return Err(i.fail(diag));
+        }
         let mut diag = usage("is a function and needs its parentheses");
         if func.args().is_empty() {
             diag = diag.fix(Span::point(span.end), "()");

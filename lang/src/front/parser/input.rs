@@ -13,7 +13,7 @@ use core::iter::{Copied, Enumerate};
 use core::slice::Iter;
 use nom::error::{ErrorKind, ParseError};
 use nom::{Err, IResult, Input, Needed};
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::rc::Rc;
 
 /// What every parser may look up.
@@ -21,7 +21,9 @@ pub struct Context<'a> {
     /// The source.
     pub text: &'a str,
     /// Keys of the names of SUBs and FUNCTIONs anywhere in the script.
-    pub routines: HashSet<String>,
+    pub routines: BTreeSet<String>,
+    /// Names in declarations anywhere in the script, as they are written there.
+    pub declared: BTreeSet<&'a str>,
     /// How often a near word was looked for; each time costs a walk over all SUBs.
     pub guesses: Cell<usize>,
     /// TIMEDOUT stands in the script.
