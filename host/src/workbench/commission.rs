@@ -79,7 +79,7 @@ fn shown(bench: &Bench, folder: &std::path::Path) -> Value {
     };
     // The chip of the board that answers: its picture is the one that helps.
     let picture = bench.helm.picture().1;
-    value["chip"] = picture.identity.map(|own| own.part().chip.name).into();
+    value["chip"] = picture.identity.as_ref().map(|own| own.part().chip.name).into();
     value
 }
 

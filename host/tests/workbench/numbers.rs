@@ -130,7 +130,7 @@ fn values_stand_beside_their_lines_at_the_sliders_time() -> Outcome<()> {
 /// A run that is longer than what is kept of it does not show its last known values for later ones.
 #[test]
 fn values_beyond_what_is_kept_are_not_shown() -> Outcome<()> {
-    let text = "DIM n\nFOR n = 1 TO 60000\nNEXT\nWait 10s\nn = 5\nWait 10s\n";
+    let text = "DIM n\nFOR n = 1 TO 55000\n  SetOut 1, ON\nNEXT\nWait 10s\nn = 5\nWait 10s\n";
     let Some(stand) = Stand::start(text, &[])? else { return Ok(()) };
     let page = stand.page()?;
     page.says("#sums", "runs to its end")?;

@@ -111,7 +111,7 @@ function title() {
   text($('#file'), (script.file ?? 'new script') + (script.dirty ? ' •' : ''));
   document.title = `${script.file ?? 'Pasapas'}${script.dirty ? ' •' : ''}`;
   $('#long').hidden = !script.fixed;
-  if (script.fixed) text($('#long'), `${script.editor.lines.length.toLocaleString('en')} lines: too long to be changed here. It is simulated, and Stream runs it; another editor may change its file.`);
+  if (script.fixed) text($('#long'), `${(script.editor.lines.length - 1).toLocaleString('en')} lines: too long to be changed here. It is simulated, and Stream runs it; another editor may change its file.`);
   $('#format').disabled = $('#rename').disabled = $('#insert-statement').disabled = script.fixed;
   $('#split').hidden = !script.split;
   $('#conflict').hidden = !script.conflict || script.split;

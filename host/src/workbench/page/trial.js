@@ -172,7 +172,7 @@ export class Trial {
     const here = this.view.at(us / 1e6);
     // Of a very long run not all events are kept: what came behind them is told by the path alone.
     const line = (us < (this.about.heard_us ?? Infinity) ? this.about.events[k]?.[1] : null) ?? here?.line ?? 0;
-    text($('#now'), `${time(us)} · line ${line}` + (here ? ` · ${here.place.map(p => mm(p, 2)).join(' ')} mm` : ''));
+    text($('#now'), `${time(us)} · line ${line || '?'}` + (here ? ` · ${here.place.map(p => mm(p, 2)).join(' ')} mm` : ''));
     this.slider.setAttribute('aria-valuetext', `${time(us)}, line ${line}`);
     this.view.marker = here?.place ?? null;
     this.view.draw();
