@@ -194,7 +194,7 @@ fn a_field_without_a_number_moves_nothing() -> Outcome<()> {
             page.eval(&format!("document.querySelector({field:?}).value = {wrong:?}"))?;
             page.eval(&format!("document.querySelector({field:?}).focus()"))?;
             page.press("Enter", "Enter", 13, "\r", 0)?;
-            page.click(&format!("[aria-label='Go {axis}']"))?;
+            page.click(&format!("[aria-label='Go to {axis}']"))?;
             page.says("#notes", "a number of mm")?;
         }
         page.eval("document.querySelector('#probe-way').value = ''")?;
