@@ -232,6 +232,38 @@ fn remedies_come_as_quick_fixes() {
     editor.close();
 }
 
+/// The commonest slips: a comma, a unit, the end of a block.
+#[test]
+fn the_commonest_slips_are_mended_by_one_click() {
+    for (wrong, title, right) in [
+        ("MoveAxe X 10mm\n", "Insert `,`", "MoveAxe X, 10mm\n"),
+        ("SetOut 1 ON\n", "Insert `,`", "SetOut 1, ON\n"),
+        ("MoveAxe Y, -2\n", "Write `-2mm`", "MoveAxe Y, -2mm\n"),
+        ("MoveAxe Y, 2mm, 5\n", "Write `5mm/min`", "MoveAxe Y, 2mm, 5mm/min\n"),
+        ("Wait 500\n", "Write `500ms`", "Wait 500ms\n"),
+        ("REPEAT 3\n  Wait 1s", "Insert `END REPEAT`", "REPEAT 3\n  Wait 1s\nEND REPEAT"),
+        (
+            "DO\n  IF IN(3) THEN\n    Wait 1s\nLOOP\n",
+            "Insert `END IF`",
+            "DO\n  IF IN(3) THEN\n    Wait 1s\nEND IF\nLOOP\n",
+        ),
+    ] {
+        let mut editor = Editor::new();
+        editor.open(wrong);
+        let range = json!({
+            "start": { "line": 0, "character": 0 }, "end": { "line": 4, "character": 0 }
+        });
+        let params = json!({
+            "textDocument": { "uri": URI }, "range": range, "context": { "diagnostics": [] }
+        });
+        let actions = editor.ask("textDocument/codeAction", params);
+        assert_eq!(actions[0]["title"], title, "{wrong}: {actions}");
+        let edits = actions[0]["edit"]["changes"][URI].clone();
+        assert_eq!(edited(wrong, &edits), right);
+        editor.close();
+    }
+}
+
 #[test]
 fn signatures_follow_the_argument() {
     let mut editor = Editor::new();

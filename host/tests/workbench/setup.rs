@@ -47,6 +47,20 @@ fn a_machine_is_set_up_step_by_step_left_and_taken_up_again() -> Outcome<()> {
     }
     page.window(1440, 900, false)?;
     page.wait("document.querySelectorAll('svg.chip').length === 2", PATIENCE)?;
+    // The picture of the chip that is connected is open.
+    page.wait(
+        "document.querySelector('#step details[open] > summary').textContent === 'MSP430F5529'",
+        PATIENCE,
+    )?;
+    // One may look ahead and come back; nothing is tried by that.
+    page.says("#of", "1 of 21")?;
+    page.wait("document.querySelector('#previous').disabled", PATIENCE)?;
+    page.push("#following")?;
+    page.says("#of", "2 of 21")?;
+    is_at(&page, "Link")?;
+    page.push("#previous")?;
+    is_at(&page, "Wiring and pins")?;
+    assert_eq!(page.eval("document.querySelectorAll('#steps .done').length")?, 0);
     page.eval("[...document.querySelectorAll('#step button')].find(b => b.textContent === 'It is wired like this').click()")?;
     is_at(&page, "Link")?;
     // What the board does not answer is not done.

@@ -65,7 +65,7 @@ pub fn parse(text: &str, diags: &mut Diags) -> Script {
             _ => statement(i, &mut builder),
         };
     }
-    let mut script = builder.finish(last_line);
+    let mut script = builder.finish(last_line, text.trim_end().len() as u32);
     timeouts::look(&tokens, context.timed_waits.get(), diags);
     if context.timed_waits.get() {
         let span = Span::point(text.len() as u32);

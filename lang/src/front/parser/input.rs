@@ -181,7 +181,12 @@ impl Failure {
             _ => format!("before `{}`", self.at.span.of(text).chars().take(30).collect::<String>()),
         };
         let message = format!("expected {} {found}", list(&self.expected));
-        let diag = Diag::new(Code::Expected, self.at.span, message);
+        let mut diag = Diag::new(Code::Expected, self.at.span, message);
+        if self.at.tok != Tok::LineEnd && self.expected.iter().all(|word| *word == "`,`") {
+            // It belongs behind the word before.
+            let before = text.get(..self.at.span.start as usize).unwrap_or("").trim_end().len();
+            diag = diag.fix(Span::point(before as u32), ",");
+        }
         Some(match usage {
             Some(usage) => diag.hint(format!("the form is `{usage}`")),
             None => diag,
