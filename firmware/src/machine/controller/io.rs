@@ -74,10 +74,24 @@ impl<C: Chip> Controller<C> {
         self.record.flags & BoardRecord::CHAIN != 0
     }
 
+    /// Whether somebody has said how the board is wired. Before that each of its outputs is left to its resistor, as one
+    /// that is on when low would be on at either level of the other wiring.
+    pub fn wired(&self) -> bool {
+        self.record.flags & BoardRecord::UNWIRED == 0
+    }
+
+    /// Outputs that there are, as a mask.
+    pub fn all_outputs(&self) -> u16 {
+        match (self.wired(), self.chained()) {
+            (false, _) => 0,
+            (true, true) => 0xFFFF,
+            (true, false) => 0b11,
+        }
+    }
+
     /// Sets an output, numbered from 1; `false` beyond those there are.
     pub fn set_output(&mut self, n: u16, on: bool) -> bool {
-        let most = if self.chained() { 16 } else { 2 };
-        if n == 0 || n > most {
+        if n == 0 || n > 16 || self.all_outputs() >> (n - 1) & 1 == 0 {
             return false;
         }
         let bit = 1 << (n - 1);
@@ -98,7 +112,11 @@ impl<C: Chip> Controller<C> {
         let levels = outputs ^ self.record.output_invert;
         let fault = self.io.outputs & self.record.fault.keep | self.record.fault.on;
         self.chip.remember_stop(fault ^ self.record.output_invert);
-        let raw = if self.chained() { self.chip.exchange(levels) } else { self.chip.pins(levels) };
+        let raw = match (self.wired(), self.chained()) {
+            (false, _) => 0,
+            (true, true) => self.chip.exchange(levels),
+            (true, false) => self.chip.pins(levels),
+        };
         let raw = raw ^ self.record.input_invert;
         self.io.raw = self.io.inputs.forced(raw);
         raw
