@@ -3,8 +3,8 @@
    Timer1_A runs freely at 16 MHz and its three outputs are the STEP pins. When an event is due the
    hardware raises the pins that were armed for it and the interrupt begins: it schedules the next
    event, drops the pins, looks at the watched inputs and arms the axes that step next. Latency is
-   therefore no jitter as long as the next event is armed in time; a late one is counted and
-   postponed, never lost. Each axis adds its increment to an accumulator and steps on the carry.
+   therefore no jitter as long as the next event is armed in time; a late one is postponed, never
+   lost, and not counted: no word of RAM is left for it. Each axis adds its increment to an accumulator and steps on the carry.
 
    A pulse longer than the interrupt takes (WIDTH, profiles above 3 us) needs a second interrupt: the
    first one lets the hardware drop the pins WIDTH ticks after the edge.
