@@ -4,7 +4,7 @@ use super::Controller;
 use crate::inputs::Inputs;
 use crate::machine::chip::Chip;
 use lang::record::BoardRecord;
-use lang::wire::RunState;
+use lang::wire::{RunState, UNWIRED};
 
 /// States that the lamp shows in ways of their own.
 const EMPTY: u8 = RunState::Empty as u8;
@@ -34,8 +34,11 @@ impl<C: Chip> Controller<C> {
         self.io.buttons.accepted() & 1 != 0 || self.blocking() != 0
     }
 
-    /// The input that blocks, 0 for none.
+    /// The input that blocks, 0 for none, [`UNWIRED`] while nobody has said how the board is wired.
     pub fn blocking(&self) -> u8 {
+        if !self.wired() {
+            return UNWIRED as u8;
+        }
         let record = &self.record;
         let rest = [&record.stop, &record.hold, &record.door].map(|numbers| self.first_on(numbers));
         rest.into_iter().find(|n| *n != 0).unwrap_or_else(|| self.first_on(&record.emergency))
@@ -74,8 +77,8 @@ impl<C: Chip> Controller<C> {
         self.record.flags & BoardRecord::CHAIN != 0
     }
 
-    /// Whether somebody has said how the board is wired. Before that each of its outputs is left to its resistor, as one
-    /// that is on when low would be on at either level of the other wiring.
+    /// Whether somebody has said how the board is wired. Before that each of its pins is left to its resistor, as what is
+    /// off or at rest in one wiring is on in another, and nothing starts or moves.
     pub fn wired(&self) -> bool {
         self.record.flags & BoardRecord::UNWIRED == 0
     }
