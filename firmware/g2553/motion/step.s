@@ -50,10 +50,11 @@ step_schedule:
     addc SLOT0+INTERVAL+2(r15), &TA1CCR0
     add SLOT0+CHANGE(r15), SLOT0+INTERVAL(r15)
     addc SLOT0+CHANGE+2(r15), SLOT0+INTERVAL+2(r15)
+    /* X's pin first: it is armed again 42 cycles later, and may rise at once when that is due by then */
+    mov #CCIE, &TA1CCTL0
     tst.b &WATCH
     jne step_watch
 step_arm:
-    mov #CCIE, &TA1CCTL0
     clr &TA1CCTL1
     clr &TA1CCTL2
     bit SLOT0+MASK(r15), SLOT0+EVENTS(r15)
@@ -167,7 +168,7 @@ PORT1:
 step_init:
     mov &BOARD, r12
     mov.b B_PULSE(r12), r12
-    /* a short pulse lasts until the interrupt drops it, 54 cycles (3.4 us) at least */
+    /* a short pulse lasts until the interrupt drops it, 48 cycles (3 us) at least */
     cmp #4, r12
     jlo 1f
     /* us in ticks */
