@@ -68,7 +68,7 @@ extern "C" fn main() -> ! {
         (Controller::init(addr_of_mut!(CONTROLLER).cast(), F5529), &mut *addr_of_mut!(SLAVES))
     };
     step::init(controller.record);
-    if controller.chained() {
+    if controller.chained() && controller.wired() {
         chain::open();
     }
     controller.motor.pwm.open(&F5529, controller.record.more());

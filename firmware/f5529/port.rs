@@ -95,7 +95,7 @@ impl Memory for F5529 {
     }
     #[inline(always)]
     fn default_profile(&self) -> &'static BoardRecord {
-        &BoardRecord::DEFAULT
+        &BoardRecord::UNKNOWN
     }
     #[inline(always)]
     fn address_of(profile: &&'static BoardRecord) -> u16 {

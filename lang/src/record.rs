@@ -358,6 +358,9 @@ impl BoardRecord {
     pub const AUTORUN: u16 = 1 << 1;
     /// [`BoardRecord::flags`]: STEP is active when low.
     pub const STEP_LOW: u16 = 1 << 2;
+    /// [`BoardRecord::flags`]: nobody has said yet how the board is wired, so it drives no output and reads no input of the
+    /// machine. Of [`BoardRecord::UNKNOWN`] and of no profile.
+    pub const UNWIRED: u16 = 1 << 3;
     /// [`BoardRecord::end_of_stops`]: no number of an input, bit 7 set.
     pub const END_OF_STOPS: u8 = 0xFF;
     /// Bytes of the record, without `more`.
@@ -400,6 +403,14 @@ impl BoardRecord {
         more_crc: 0,
         crc: 0,
         more: MoreRecord::NONE,
+    };
+
+    /// The same where the board also waits to be told its wiring: what is the latch of one wiring is an output of the other.
+    pub const UNKNOWN: BoardRecord = BoardRecord {
+        flags: BoardRecord::CHAIN | BoardRecord::UNWIRED,
+        reference: [0; 3],
+        probe: 0,
+        ..BoardRecord::DEFAULT
     };
 
     /// What the board knows besides, as far as the record says that it is there.

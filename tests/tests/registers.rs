@@ -57,7 +57,7 @@ const APART: u16 = 200;
 /// Written only on the small part: it counts the words that come.
 const WRITTEN: [&str; 1] = ["UPLOAD_LENGTH"];
 /// Nothing that the states below bring about shows in these.
-const QUIET: [&str; 32] = [
+const QUIET: [&str; 31] = [
     "ANALOG_INPUTS",
     "BLOCKING_INPUT",
     "FAULT_INPUT",
@@ -74,7 +74,6 @@ const QUIET: [&str; 32] = [
     "PRINT_TAIL",
     "PROBE_ERROR",
     "PROBING",
-    "PROFILE_HASH",
     "RUN_CONTROL",
     "STREAM_ACCEPTED",
     "STREAM_BEGUN",

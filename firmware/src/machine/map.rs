@@ -416,8 +416,7 @@ impl<C: Chip> Map for Controller<C> {
                 Ok(())
             }
             OUTPUTS => {
-                let wired = if self.chained() { 0xFFFF } else { 0b11 };
-                if value & !wired != 0 {
+                if value & !self.all_outputs() != 0 {
                     return Err(Exception::IllegalValue);
                 }
                 self.io.outputs = value;

@@ -6,6 +6,7 @@ use lang::profile::{AxisProfile, Direction, Profile};
 use lang::wire::{self, Exception, command};
 
 use super::Client;
+use super::status::holds;
 use crate::link::Link;
 
 /// A 32-bit value as two registers, low word first; saturates.
@@ -113,7 +114,7 @@ impl<L: Link> Client<L> {
             Err(error) if error.is_exception(Exception::Busy) => {
                 let status = self.status().map_err(|error| error.to_string())?;
                 let why = match (status.blocked_by, &status.fault) {
-                    (Some(input), _) => format!("input {input} holds it"),
+                    (Some(input), _) => holds(input),
                     (None, _) if !status.moving.is_empty() => "an axis moves already".to_owned(),
                     (None, Some(fault)) => {
                         let text = status.text.unwrap_or_default();

@@ -109,6 +109,25 @@ fn virtual_boards_keep_what_is_promised() {
     }
 }
 
+/// A board that was never told how it is wired is measured with a profile of the test's own, and is told nothing by it.
+#[test]
+fn a_board_without_a_profile_has_none_afterwards() {
+    let (rig, mut client) = board(&F5529, &wires(|_| None));
+    for place in F5529.part.profiles {
+        (place..)
+            .zip([0xFF; BoardRecord::SIZE])
+            .for_each(|(at, byte)| rig.borrow_mut().board().poke8(at, byte));
+    }
+    rig.borrow_mut().board().reset_pin();
+    client.find().expect("it answers");
+    assert_ne!(client.board_record().expect("its profile").flags & BoardRecord::UNWIRED, 0);
+    let plan = Plan { unplugged: false, jumpers: false, rates: false, ..ALL };
+    let report = measured(&mut client, plan).expect("it is measured");
+    assert_eq!(bad(&report), [""; 0], "{:#?}", report.rows);
+    assert_ne!(client.board_record().expect("its profile").flags & BoardRecord::UNWIRED, 0);
+    assert_eq!(client.status().expect("its state").blocked_by, Some(lang::wire::UNWIRED));
+}
+
 #[test]
 fn each_fault_is_found_by_its_check() {
     // A wire that is broken, one that goes elsewhere, and no emergency stop.

@@ -101,7 +101,7 @@ macro_rules! register_rows {
                 RESET_CAUSE: OWN + 11;
                 /// Bytes of stack never used since reset.
                 STACK_FREE: OWN + 12;
-                /// Milliseconds that were served late since reset.
+                /// Milliseconds that were served more than 2 ms late since reset.
                 MISSED_DEADLINES: OWN + 13;
                 /// Free RAM words of the largest pool, in 16-bit words.
                 POOL_WORDS_REGISTER: OWN + 14;
@@ -133,7 +133,7 @@ macro_rules! register_rows {
                 RUN_COUNT: OWN + 27;
                 /// Homed axes, bit per axis.
                 HOMED: OWN + 28;
-                /// Input that keeps Start or a move from working, from 1, or 0.
+                /// Input that keeps Start or a move from working, from 1, or 0; 255 before an F5529 has a profile.
                 BLOCKING_INPUT: OWN + 29;
                 /// Machine positions in steps, 32 bits for each axis.
                 MACHINE_POSITIONS: OWN + 30;

@@ -17,7 +17,7 @@ const SILENCE: u16 = 2000;
 pub struct Clock {
     /// Those handled.
     pub tick: u16,
-    /// Those served late.
+    /// Those served more than 2 ms late.
     pub missed: u16,
     /// Phase of the input filter.
     phase: u8,

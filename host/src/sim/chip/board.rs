@@ -38,10 +38,11 @@ pub struct NativeBoard {
 }
 
 impl NativeBoard {
-    /// A board with erased flash in a wiring, powered up.
+    /// A board in a wiring that holds the profile `mill` and nothing else, powered up.
     pub fn new(wiring: Wiring) -> NativeBoard {
         let plant = Plant::around(&Part::F5529, wiring);
         let desk = Desk::new(plant);
+        desk.put(F5529.profiles[0], &BoardRecord::DEFAULT.sealed().to_bytes());
         let controller = Controller::boxed(desk.clone());
         let mut board = NativeBoard {
             desk,

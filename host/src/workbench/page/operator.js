@@ -208,7 +208,7 @@ function fault(status, at, active) {
     const name = program?.machine?.inputs.find(one => one.n === n)?.name;
     return name ? `${say.input(n)}, ${name},` : say.input(n);
   };
-  if (!own) { card.replaceChildren(status?.blocked_by ? say.blocks(named(status.blocked_by)) : ''); return; }
+  if (!own) { card.replaceChildren(!status?.blocked_by ? '' : status.blocked_by === 255 ? say.unwired : say.blocks(named(status.blocked_by))); return; }
   const input = status.input ? named(status.input) : '';
   const what = own.code === 'F13' ? input ? say.late(input) : say.signal
     : own.code === 'F14' ? say.stopped : `${own.text}.${input ? ` ${input.replace(/,$/, '')}.` : ''}`;

@@ -212,7 +212,8 @@ export class Run {
     if (key && status.input) where.push(` Input ${status.input} caused it.`);
     card.replaceChildren(
       key ? h('p', {}, h('b', {}, `${status.fault}: ${status.text}. `), `${known?.cause ?? ''} `, h('i', {}, known?.remedy ?? ''), ' ', ...where) : '',
-      status?.blocked_by ? h('p', {}, `Input ${status.blocked_by} keeps Start or a move from working.`) : '');
+      !status?.blocked_by ? '' : h('p', {}, status.blocked_by === 255 ? 'The board was never told how it is wired: pasapas profile set FILE says so.'
+        : `Input ${status.blocked_by} keeps Start or a move from working.`));
   }
   #values(cells) {
     for (const row of this.rows ?? []) {
