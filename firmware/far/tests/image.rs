@@ -81,7 +81,7 @@ fn every_way_out_of_a_far_function_is_a_far_one() {
             // Erratum CPU40: a word behind a jump must not be 0x?40 or 0x?50.
             let jumps = (0x2000..0x4000).contains(&word);
             assert!(!jumps || !matches!(next & 0xF0FF, 0x0040 | 0x0050), "{name} at {place:#x}");
-            at += 2 * length(word);
+            at += 2 * length(word) as u64;
         }
         assert_eq!(at, end, "{name}");
     }
