@@ -202,7 +202,7 @@ fn what_is_wrong_with_a_needle_is_told_by_key() {
         ("clearance = 0", "clearance = -30", 6, "lifts above the clearance", "above board"),
         ("suck_ms = 20", "purge = [1, 1]", 8, "purge and purge_ms go together", "purge_ms = 500"),
         ("suck_ms = 20", "purge_ms = 9\npurge = [1, 900]", 9, "at Y 900", "a place of the machine"),
-        ("ms = 80", "ms = -80", 5, "invalid value: integer `-80`", "known keys are"),
+        ("ms = 80", "ms = -80", 5, "invalid value: integer `-80`", "numbers as they are"),
     ] {
         let wrong = needle(&NEEDLE.replacen(from, to, 1)).expect_err(to);
         assert!(wrong.text.contains(words) && wrong.hint.contains(hint), "{to}: {wrong:?}");
