@@ -253,7 +253,7 @@ pub fn arguments(i: In<'_>) -> Parsed<'_, (Vec<Expr>, usize)> {
         return Ok((inner.rest().back_to(i), (Vec::new(), 0)));
     }
     let first = inner.tokens.len();
-    let (rest, list) = separated_list1(comma, cut(|j| argument(j, first))).parse(inner)?;
+    let (rest, list) = separated_list1(comma, cut(|j| listed(j, first))).parse(inner)?;
     let (rest, _) = cut(tok(Tok::Sign(Sign::Close), "`)`")).parse(rest)?;
     let height = list.iter().map(|(_, h)| *h).max().unwrap_or(0);
     let args = list.into_iter().map(|(e, _)| e).collect();
@@ -261,7 +261,7 @@ pub fn arguments(i: In<'_>) -> Parsed<'_, (Vec<Expr>, usize)> {
 }
 
 /// One argument; `first` is how many tokens stand from the first one on.
-fn argument(i: In<'_>, first: usize) -> Parsed<'_, Tall> {
+fn listed(i: In<'_>, first: usize) -> Parsed<'_, Tall> {
     if i.tokens.len() == first || !names_column(i) {
         return climb(i, 0);
     }
