@@ -99,7 +99,9 @@ impl<'a> Checker<'a> {
                 return self.builtin(func, args, span);
             }
             let wanted = func.args().len();
-            let message = format!("{} takes {wanted} arguments, not {}", func.text(), args.len());
+            let plural = if wanted == 1 { "" } else { "s" };
+            let message =
+                format!("{} takes {wanted} argument{plural}, not {}", func.text(), args.len());
             self.error(Code::WrongCount, span, message, format!("its form is `{}`", func.usage()));
             return None;
         }

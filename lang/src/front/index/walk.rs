@@ -1,6 +1,7 @@
 //! The walk over the syntax tree that binds names.
 
 use std::collections::HashMap;
+use std::rc::Rc;
 
 use super::{Index, Mention, Sort, Symbol};
 use crate::front::ast::{
@@ -28,6 +29,8 @@ struct Walk {
     index: Index,
     /// 0 in the main program, n + 1 in routine n.
     scope: usize,
+    /// Names of columns, by the keys of their TABLEs.
+    columns: HashMap<Rc<str>, Vec<Rc<str>>>,
 }
 
 pub(super) fn index(script: &Script) -> Index {
@@ -38,7 +41,7 @@ pub(super) fn index(script: &Script) -> Index {
         lines: script.routines.iter().map(|r| (r.line, r.end_line.max(r.line))).collect(),
         ..Index::default()
     };
-    let mut walk = Walk { index, scope: 0 };
+    let mut walk = Walk { index, scope: 0, columns: HashMap::new() };
     for routine in &script.routines {
         let sort = if routine.is_function { Sort::Function } else { Sort::Sub };
         walk.declare(&routine.name, sort, routine.span);
@@ -136,7 +139,8 @@ impl Walk {
                     self.declare(name, sort, stmt.span);
                 }
             }
-            StmtKind::Table { name, width, rows, .. } => {
+            StmtKind::Table { name, width, columns, rows } => {
+                self.columns.insert(name.key.clone(), columns.clone());
                 width
                     .as_deref()
                     .into_iter()
@@ -276,7 +280,17 @@ impl Walk {
             ExprKind::Name(name) => self.mention(name, Among::Names, false),
             ExprKind::Apply(name, args) => {
                 self.mention(name, Among::Names, false);
-                args.iter().for_each(|e| self.expr(e));
+                // What names a column is no other thing of that name.
+                let columns = self.columns.get(&name.key);
+                let column = match args.get(1).map(|e| &e.kind) {
+                    Some(ExprKind::Name(own)) => columns.is_some_and(|all| all.contains(&own.key)),
+                    _ => false,
+                };
+                for (n, e) in args.iter().enumerate() {
+                    if n != 1 || !column {
+                        self.expr(e);
+                    }
+                }
             }
             ExprKind::Builtin(_, args) => args.iter().for_each(|e| self.expr(e)),
             ExprKind::Unary(_, inner) => self.expr(inner),

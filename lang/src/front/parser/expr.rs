@@ -252,22 +252,21 @@ pub fn arguments(i: In<'_>) -> Parsed<'_, (Vec<Expr>, usize)> {
     if inner.tok() == Tok::Sign(Sign::Close) {
         return Ok((inner.rest().back_to(i), (Vec::new(), 0)));
     }
-    let (rest, list) = separated_list1(comma, cut(listed(inner.tokens.len()))).parse(inner)?;
+    let first = inner.tokens.len();
+    let (rest, list) = separated_list1(comma, cut(|j| listed(j, first))).parse(inner)?;
     let (rest, _) = cut(tok(Tok::Sign(Sign::Close), "`)`")).parse(rest)?;
     let height = list.iter().map(|(_, h)| *h).max().unwrap_or(0);
     let args = list.into_iter().map(|(e, _)| e).collect();
     Ok((rest.back_to(i), (args, height)))
 }
 
-/// An argument of a list that has so many tokens and what follows it; behind the first one an axis letter may name a column.
-fn listed<'a>(all: usize) -> impl FnMut(In<'a>) -> Parsed<'a, (Expr, usize)> {
-    move |i: In<'a>| {
-        if i.tokens.len() == all || !names_column(i) {
-            return climb(i, 0);
-        }
-        let (rest, axis) = axis(i)?;
-        Ok((rest, (Expr { kind: ExprKind::Axis(axis), span: axis.span }, 1)))
+/// One argument; `first` is how many tokens stand from the first one on.
+fn listed(i: In<'_>, first: usize) -> Parsed<'_, Tall> {
+    if i.tokens.len() == first || !names_column(i) {
+        return climb(i, 0);
     }
+    let (rest, axis) = axis(i)?;
+    Ok((rest, (Expr { kind: ExprKind::Axis(axis), span: axis.span }, 1)))
 }
 
 /// Whether an axis letter alone stands before the closing parenthesis: a column of a TABLE may be called so.
