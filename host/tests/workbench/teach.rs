@@ -102,7 +102,7 @@ fn points_are_recorded_named_corrected_ordered_and_tried() -> Outcome<()> {
 /// Pad, place, Home and Record stand beside the points, without scrolling, and the points are on the drawing.
 #[test]
 fn jogging_and_teaching_are_on_one_screen() -> Outcome<()> {
-    let text = "DIM i\nTABLE points(3) = 10mm, 20mm, -1mm ' left\n; 30mm, 20mm, -1mm ' right\nFOR i = 0 TO 1\n  MoveAxe X, points(i, 0)\nNEXT\n";
+    let text = "DIM i\nTABLE points(3) = 10mm, 20mm, -1mm; 30mm, 20mm, -1mm\nFOR i = 0 TO 1\n  MoveAxe X, points(i, 0)\nNEXT\n";
     let Some(stand) = Stand::start(text, &[])? else { return Ok(()) };
     let page = stand.page()?;
     page.window(1366, 768, false)?;
