@@ -12,7 +12,7 @@ PRINT half IN in; " "; -half IN in; " "; -2 * half IN in; " "; (half - 1um) IN m
 '> 0.0000in 0.0000in -0.0001in 0.000mm -0.005mm
 n = -2147483647
 PRINT (n - 1) * 1um IN mm; " "; (n - 1) * 1um IN in; " "; n * -1um IN mm; " "; n * -1um IN in
-'> -2147483.648mm -84546.5609in 2147483.647mm 84546.5609in
+'> -2147483.648mm -84546.6003in 2147483.647mm 84546.6003in
 t = 1500ms
 PRINT t IN s; " "; t IN min; " "; t IN ms; " "; -t IN min; " "; t / 5 IN min
 '> 1.500s 0.03min 1500ms -0.03min 0.01min

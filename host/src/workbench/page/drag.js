@@ -38,7 +38,7 @@ export function bounds(found, line, machine, script) {
   if (rate === 's' || rate === 'min' || letter === 'F') range = [0, of(top) * (rate === 's' ? 1 : 60)];
   else if (rate) range = [0, Infinity];
   else if (letter ? 'XYZIJKRQ'.includes(letter) : ['mm', 'um', 'in', 'st'].includes(base)) {
-    // Places of an axis lie in its travel; distances, and places that count from elsewhere, are as long at most.
+    // Places of an axis lie in its travel; other lengths are as long at most.
     const place = own.length && !/\bMoveRel\b/i.test(line) && !/^[^'\n]*\b(?:G91|G92|G5[4-9]|SetPos)\b/im.test(script);
     range = place ? [of(own[0].low), of(own[0].high)] : [-of(span), of(span)];
   } else if (/^\s*(?:SetOut|Pulse)\s+\d+$/i.test(line.slice(0, found.to))) range = [1, machine?.outputs.length ?? 1];

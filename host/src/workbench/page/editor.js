@@ -72,7 +72,7 @@ export class Editor {
     this.select(start, end);
     this.put(text);
   }
-  // The same without a step of undo: whoever does so puts the old text back before anything else is written.
+  // The same without a step of undo: the caller puts the old text back.
   poke(start, end, text) {
     const [a, from] = this.place(start), [b, to] = this.place(end);
     if (a !== b) return false;

@@ -25,7 +25,7 @@ export class Insert {
       h('button', { onclick: () => this.#take(own) }, h('b', {}, own.name), ' ', h('span', { className: 'soft' }, own.about), h('code', {}, own.example)))]),
     found.length ? '' : h('p', { className: 'soft' }, 'No statement has this word.'));
   }
-  // Below the caret's line, or in its place where that is empty; a variable that is not there yet comes first.
+  // Below the caret's line, or in its place where that is empty; a missing variable comes first.
   #take({ wants, example }) {
     this.box.close();
     const { editor } = this, n = editor.line(Math.min(this.at, editor.value.length)), first = editor.lines[n];

@@ -71,7 +71,7 @@ const seen = program => new Promise(done => {
     done();
     return true;
   };
-  // The board may have been lost or given another program meanwhile: the state tells, and nothing waits for it.
+  // The board may be lost or have another program by now: the state tells.
   const late = setTimeout(() => { link.removeEventListener('state', look); done(); }, 5000);
   if (!look()) link.addEventListener('state', look);
 });
