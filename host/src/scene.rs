@@ -5,6 +5,8 @@
 //! puts the cell into the plant around its pins (`live`), so that every engine sees the same cell.
 
 #[cfg(feature = "desktop")]
+pub mod heard;
+#[cfg(feature = "desktop")]
 pub mod junit;
 #[cfg(feature = "desktop")]
 pub mod live;

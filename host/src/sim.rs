@@ -4,8 +4,6 @@
 //! microseconds; the [`world`] is everything around the controller.
 
 pub mod chain;
-#[cfg(feature = "desktop")]
-pub mod chip;
 mod controlled;
 mod log;
 pub mod machine;
@@ -250,17 +248,8 @@ fn outcome(
     let end = machine.finish(fault, line)?;
     let (summary, record, failures) = machine.results(&end);
     let unattended = machine.unattended();
-    Ok(Outcome {
-        end,
-        summary,
-        record,
-        vars,
-        failures,
-        unattended,
-        program: 0,
-        onward: None,
-        cell: None,
-    })
+    let cell = machine.report(&end);
+    Ok(Outcome { end, summary, record, vars, failures, unattended, program: 0, onward: None, cell })
 }
 
 /// As [`run`], with the whole trace in memory.

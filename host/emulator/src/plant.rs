@@ -11,6 +11,7 @@ mod jumper;
 pub mod motor;
 mod outside;
 pub mod pins;
+mod quiet;
 
 pub use around::{Around, Reply};
 pub use jumper::Jumper;

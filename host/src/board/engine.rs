@@ -23,11 +23,11 @@ use crate::client::upload::UploadError;
 use crate::client::{Client, ClientError, Patience};
 use crate::link::Link;
 use crate::sim::chain::Chain;
-use crate::sim::chip::board::NativeBoard;
 use crate::sim::scene::filters_us;
 use crate::sim::trace::Event;
 use crate::sim::world::{Registers, World, WorldError};
 use crate::sim::{Options, Outcome};
+use desk::board::NativeBoard;
 
 /// A request that the board loses while it erases flash is asked again soon.
 const RUN_PATIENCE: Patience = Patience { reply: Duration::from_millis(50), attempts: 20 };

@@ -8,8 +8,8 @@ use super::health::{self, Health};
 use super::observe::{Observed, Observer, Sight};
 use super::uart;
 use crate::client::identity::Identity;
-use crate::sim::chip::board::NativeBoard;
-use crate::sim::chip::{Noticed, Sight as Noted};
+use desk::board::NativeBoard;
+use desk::{Noticed, Sight as Noted};
 
 /// A board with its plant. Times are in ticks since power-up, [`Hardware::ticks_per_second`] of them.
 pub trait Hardware: Sized {

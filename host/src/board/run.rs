@@ -26,6 +26,7 @@ use super::within::Within;
 use crate::client::Client;
 use crate::client::status::Status as BoardStatus;
 use crate::link::Link;
+use crate::scene::heard::Heard;
 use crate::sim::record::{Away, Edge, Record, StopReason, Summary};
 use crate::sim::trace::{Event, Status, What};
 use crate::sim::unattended::Unattended;
@@ -72,9 +73,8 @@ pub struct Run<'a, 'b, B: Hardware> {
     teller: Teller<'a>,
     /// Times in which another program ran than the first.
     aways: Vec<Away>,
-    /// For a cell: the lines of the script by their times, us, and what was printed.
-    lines: Vec<(u64, u32)>,
-    printed: Vec<String>,
+    /// What a cell has heard.
+    heard: Heard,
 }
 
 impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
@@ -125,8 +125,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
             unattended,
             teller: Teller::new(&job.program.profile, job.library()),
             aways: Vec::new(),
-            lines: Vec::new(),
-            printed: Vec::new(),
+            heard: Heard::default(),
         })
     }
 

@@ -17,6 +17,7 @@ use super::view::View;
 use super::world::{Registers, World};
 use super::{End, Options, Rules, SimError, Sink};
 use crate::course::LineEnds;
+use crate::scene::Report;
 
 /// See the module.
 pub enum Machine {
@@ -54,12 +55,6 @@ fn firmware(
              model's rules, or on the emulated board (`--engine board`)",
             F5529.name, options.part.name
         )));
-    }
-    if world.scene().is_some() {
-        return Err(SimError::Engine(
-            "a cell stands around a board only: run it with `--engine machine` or `--engine board`"
-                .to_owned(),
-        ));
     }
     let own = Native::new(profile, world, options, texts, registers, sink)?;
     Ok(Machine::Native(Box::new(own)))
@@ -243,6 +238,16 @@ impl Machine {
     /// What the run did that nobody told it, in a world of nobody.
     pub fn unattended(&self) -> Unattended {
         of_each!(self, own => own.unattended())
+    }
+
+    /// What the cell around it gives, if there is one.
+    #[cfg_attr(not(feature = "desktop"), expect(unused_variables, reason = "the model has none"))]
+    pub fn report(&mut self, end: &End) -> Option<Report> {
+        match self {
+            #[cfg(feature = "desktop")]
+            Machine::Native(own) => own.report(end),
+            Machine::Model(_) => None,
+        }
     }
 
     /// What can be seen of it now.

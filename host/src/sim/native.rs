@@ -3,13 +3,17 @@
 //! An engine calls [`Native::look`] between statements and [`Native::begin`] for each effect; both come back with a
 //! [`Step`]. All rules are the firmware's ([`firmware::machine`]): here time goes on, the world acts at its times, and
 //! what the machine tells becomes the trace and the record. The engine owns the control flow
-//! ([`chip::driven`](super::chip::driven)).
+//! ([`desk::driven`]).
 
+mod around;
 mod ask;
 mod books;
 mod ending;
 mod pieces;
 
+use desk::board::NativeBoard;
+use desk::driven::{self, Entered, Request};
+use desk::{Desk, Noticed, PER_MS, PER_US, Sight};
 use lang::axis::Axis;
 use lang::fault::Fault;
 use lang::profile::Profile;
@@ -17,10 +21,8 @@ use lang::record::MachineRecord;
 use lang::vm::flag;
 use lang::wire::{Control, Seen};
 
+use self::around::Around;
 use self::pieces::Pieces;
-use super::chip::board::NativeBoard;
-use super::chip::driven::{self, Entered, Request};
-use super::chip::{Noticed, PER_US, Sight};
 use super::log::Log;
 use super::record::StopReason;
 use super::scene::{Rest, Scene, filters_us};
@@ -83,6 +85,8 @@ pub struct Native {
     inputs: u32,
     pieces: Pieces,
     passes: u32,
+    /// The cell around the machine.
+    around: Option<Around>,
 }
 
 impl Native {
@@ -130,7 +134,9 @@ impl Native {
             inputs: 0,
             pieces: Pieces::default(),
             passes: 0,
+            around: None,
         };
+        own.build_cell();
         own.boot()?;
         Ok(own)
     }
@@ -162,6 +168,7 @@ impl Native {
         self.pulses = self.board.plant().motors.each_ref().map(|motor| motor.pulses);
         self.take_outputs();
         self.look_at_inputs();
+        self.begin_cell();
         for action in std::mem::take(&mut self.first) {
             self.apply(action);
         }
@@ -202,7 +209,7 @@ impl Native {
     pub fn pass(&mut self, count: u32) {
         self.statements += u64::from(count);
         self.board.desk().owe(u64::from(count) * self.options.statement_us * PER_US);
-        if self.board.desk().owed() >= super::chip::PER_MS {
+        if self.board.desk().owed() >= PER_MS {
             self.settle();
         }
     }
@@ -217,7 +224,7 @@ impl Native {
 
     /// Whether the program has a handler for errors from now on.
     pub fn set_handled(&mut self, on: bool) {
-        let handler = if on { super::chip::Desk::error_handler() } else { 0 };
+        let handler = if on { Desk::error_handler() } else { 0 };
         self.board.controller_mut().vm.handler = handler;
     }
 
@@ -229,7 +236,7 @@ impl Native {
             || !controller.session.executes()
             || controller.program.late.is_some()
             || controller.program.events.iter().any(|event| pending(event.kind))
-            || super::chip::Desk::stands_at_handler(controller.vm.pc)
+            || Desk::stands_at_handler(controller.vm.pc)
     }
 
     /// Looks at everything that may come between two statements.
@@ -285,27 +292,45 @@ impl Native {
             }
             None => {}
         }
-        let at_handler = super::chip::Desk::stands_at_handler(self.board.controller().vm.pc);
+        let at_handler = Desk::stands_at_handler(self.board.controller().vm.pc);
         let late = self.board.controller().program.late.is_some();
         (desk.is_idle() && !at_handler && !late).then_some(Step::Done(0))
     }
 
     /// One pass of the machine, with what the world does before it and what it tells after it.
     fn turn(&mut self) {
-        self.act();
+        self.turn_by(NativeBoard::drive);
+    }
+
+    /// The same while the engine waits for the machine and asks for nothing.
+    fn turn_idle(&mut self) {
+        self.turn_by(NativeBoard::drive_on);
+    }
+
+    fn turn_by(&mut self, drive: fn(&mut NativeBoard, u64) -> bool) {
+        let mut next = self.scene.scenario.next_us();
+        if next.is_some_and(|next| next <= self.now_us()) {
+            self.act();
+            next = self.scene.scenario.next_us();
+        }
         let zero = self.zero.unwrap_or_default();
         let at = |us: u64| zero.saturating_add(us.saturating_mul(PER_US));
-        let next = self.scene.scenario.next_us().map_or(u64::MAX, at);
+        let next = next.map_or(u64::MAX, at);
         let limit = if self.stopping { u64::MAX } else { at(self.options.limit_us) };
-        self.board.drive(next.min(limit));
-        self.collect();
+        let due = self.cell_is_due().unwrap_or(u64::MAX);
+        let news = drive(&mut self.board, next.min(limit).min(due));
+        self.look_at_cell();
+        if news {
+            self.collect();
+        }
+        self.look_at_inputs();
         self.watch();
     }
 
     /// The world does what is due.
     fn act(&mut self) {
         let us = self.now_us();
-        if self.failed.is_some() || self.scene.scenario.next_us().is_none_or(|next| next > us) {
+        if self.failed.is_some() {
             return;
         }
         match self.scene.scenario.advance(us) {

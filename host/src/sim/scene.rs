@@ -6,6 +6,8 @@ use emulator::plant::Contact;
 use lang::axis::Axis;
 use lang::profile::{Direction, InputRole, Profile, Wiring};
 
+use crate::scene::live::Shared;
+
 use super::world::{Action, Button, Registers, Scenario, World, WorldError};
 
 /// Where a reference switch stands when the world does not say: this far away, um.
@@ -136,6 +138,36 @@ impl Scene {
         level != self.profile.outputs.iter().any(|output| output.n == n && output.invert)
     }
 
+    /// Puts the world's cell around the pins at a time in ticks of the plant, `per_us` of them in a microsecond. Gives the
+    /// cell, and where the world or its frame has the reference switches, steps from power-up.
+    pub fn build_cell(
+        &self,
+        now: u64,
+        per_us: u64,
+        plant: &mut Plant,
+    ) -> Option<(Shared, [Option<i32>; 3])> {
+        let cell = self.scenario.scene()?;
+        let world = Axis::ALL.map(|axis| self.scenario.switch_place(axis));
+        let (frame, switches) = cell.frame(&self.profile, world);
+        for (axis, place) in Axis::ALL.into_iter().zip(switches) {
+            if world[axis.index()].is_none() && place.is_some() {
+                self.put_switch(axis, place, plant);
+            }
+        }
+        let shared = Shared::new(cell, frame, &self.profile, per_us);
+        plant.surround(now, Some(shared.around()));
+        Some((shared, switches.map(|place| i32::try_from(place?).ok())))
+    }
+
+    /// A motor loses its next steps.
+    pub fn stall(&mut self, axis: usize, steps: i32, plant: &mut Plant) {
+        let steps = u64::from(steps.unsigned_abs());
+        plant.stall(axis, steps);
+        if let Some(lost) = self.lost.get_mut(axis) {
+            *lost += steps.cast_signed();
+        }
+    }
+
     /// Does what the world does.
     pub fn apply(&mut self, action: Action, plant: &mut Plant) -> Rest {
         let emergency = self.profile.input_with(InputRole::EmergencyStop).map(|input| input.n);
@@ -161,9 +193,7 @@ impl Scene {
             (Action::Char(c), _) => Rest::Char(c),
             (Action::Register { register, value }, _) => Rest::Register(register, value),
             (Action::Stall { axis, steps }, _) => {
-                let steps = u64::from(steps.unsigned_abs());
-                plant.stall(axis.index(), steps);
-                self.lost[axis.index()] += steps.cast_signed();
+                self.stall(axis.index(), steps, plant);
                 Rest::Nothing
             }
         }

@@ -287,6 +287,12 @@ impl Scenario {
         self.plan.borrow_mut().registers = registers.clone();
     }
 
+    /// The AT variable at a register gets a value, if the program has one there that may have it.
+    pub fn write_register(&mut self, register: u16, value: i32) {
+        // What is refused stays as it is, as on a board.
+        self.plan.borrow_mut().registers.set(register.into(), value).ok();
+    }
+
     /// When something happens next, us; `None` when nothing is left.
     pub fn next_us(&self) -> Option<u64> {
         self.plan.borrow().next_us()

@@ -9,9 +9,9 @@ use lang::profile::Profile;
 use pasapas::board::engine::{self, BoardRun, run_native_traced};
 use pasapas::board::{DEFAULT, F5529};
 use pasapas::scene::{self, Report, Scene};
-use pasapas::sim::Options;
 use pasapas::sim::trace::{Event, to_text};
 use pasapas::sim::world::World;
+use pasapas::sim::{Engine, Options, Rules, run_traced};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples")
@@ -55,6 +55,12 @@ fn board(program: &Program, world: &World) -> (BoardRun, Vec<Event>) {
 
 fn report(run: BoardRun) -> Report {
     run.outcome.cell.expect("the run had a cell")
+}
+
+/// What happened, without its times.
+fn words(report: &Report) -> Vec<String> {
+    let without_time = |line: String| line.split_once(',').unwrap().1.to_owned();
+    report.log.iter().map(|event| without_time(event.json())).collect()
 }
 
 const MOVES: &str = "OUTPUT pump = 3\nHome\nG0 X30 Y20\nSetOut pump, ON\nMoveAxe Z, -8mm, 40mm/s\nWait 100ms\n\
@@ -160,10 +166,6 @@ expect = [{ what = "in_place", place = "belt" }, { what = "prints", text = "noth
     assert_eq!(to_text(&machine_trace), to_text(&board_trace));
     let [machine, board] = [on_machine, on_board].map(report);
     assert!(machine.holds() && board.holds(), "{}\n{}", machine.table(), board.table());
-    let words = |report: &Report| {
-        let without_time = |line: String| line.split_once(',').unwrap().1.to_owned();
-        report.log.iter().map(|event| without_time(event.json())).collect::<Vec<_>>()
-    };
     assert_eq!(words(&machine), words(&board));
     assert!(words(&machine).len() >= 5, "{:?}", words(&machine));
     for (machine, board) in machine.log.iter().zip(&board.log) {
@@ -187,6 +189,33 @@ fn the_frame_is_that_of_the_profile() {
     assert!(frame.scale[2] < 0.0 && frame.start[2] < 0.0, "{frame:?}");
     let given = cell("cell = 1\nstart = [1, 2, -3]\n", &program);
     assert_eq!(given.frame(&mill, [None; 3]).0.start, [1.0, 2.0, -3.0]);
+}
+
+/// What happens in each example's cell is the same on the engines that evaluate the script themselves, at the same times
+/// but for those of statements.
+#[test]
+fn every_engine_sees_the_same_cell() {
+    for name in ["glue_dots", "pcb_drill", "pick_place"] {
+        let program = example(name);
+        let scene = read(&folder().join(format!("{name}.cell.toml")), &program);
+        let world = World::unattended().with_scene(Some(scene));
+        let (on_machine, machine_trace) = native(&program, &world);
+        let machine = report(on_machine);
+        assert!(machine.holds(), "{name}\n{}", machine.table());
+        for engine in [Engine::Vm, Engine::Rhai] {
+            let options = Options { rules: Rules::Firmware, ..Options::default() };
+            let (outcome, trace) = run_traced(&program, engine, &world, &options).unwrap();
+            let own = outcome.cell.expect("the run had a cell");
+            assert!(own.holds(), "{name} on {engine:?}\n{}", own.table());
+            assert_eq!(to_text(&trace), to_text(&machine_trace), "{name} on {engine:?}");
+            assert_eq!(words(&own), words(&machine), "{name} on {engine:?}");
+            for (own, machine) in own.log.iter().zip(&machine.log) {
+                let most = (machine.us as f64 * 0.001).max(5_000.0);
+                let apart = own.us.abs_diff(machine.us) as f64;
+                assert!(apart <= most, "{name} on {engine:?}: {own:?} {machine:?}");
+            }
+        }
+    }
 }
 
 mod broken;

@@ -62,6 +62,11 @@ impl Listener {
         [self.reply.start, self.reply.stop]
     }
 
+    /// The quiet box of the last reply.
+    pub(super) fn quiet(&self) -> [[i64; 2]; 3] {
+        self.reply.quiet
+    }
+
     /// Whether a motor has left the quiet box.
     pub(super) fn leaves(&self, axis: usize, position: i64) -> bool {
         let [least, greatest] = self.reply.quiet[axis];

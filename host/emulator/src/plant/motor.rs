@@ -83,6 +83,24 @@ impl Motor {
         self.dir == self.inverted
     }
 
+    /// Whether DIR has changed since the last step.
+    pub(super) fn has_turned(&self) -> bool {
+        self.dir_changed > self.rose
+    }
+
+    /// So many pulses, each as the driver wants it. The next edge is not held against them.
+    pub(super) fn travel(&mut self, pulses: u64) {
+        if pulses == 0 {
+            return;
+        }
+        let lost = pulses.min(self.stalled);
+        self.stalled -= lost;
+        self.pulses += pulses;
+        let way = (pulses - lost).cast_signed();
+        self.position += if self.is_negative() { -way } else { way };
+        (self.rose, self.fell, self.dir_changed) = (None, None, None);
+    }
+
     /// STEP is `level` from `now` on. Returns whether the motor moved; broken limits go to `report`.
     pub fn step(
         &mut self,

@@ -1,26 +1,16 @@
 //! The cell around a rig's machine.
 
-use lang::axis::Axis;
-
 use super::super::hardware::Hardware;
 use super::{HostAction, HostDeed, Rig, Shared};
 
 impl<B: Hardware> Rig<B> {
     /// Puts the scenario's cell around the pins; the reference switches stand where its frame has them.
     pub(super) fn build_cell(&mut self) {
-        let Some(scene) = self.scene.scenario.scene() else { return };
-        let profile = &self.scene.profile;
-        let (frame, switches) = scene.frame(profile, self.switches());
-        for (axis, place) in Axis::ALL.into_iter().zip(switches) {
-            if self.scene.scenario.switch_place(axis).is_none() && place.is_some() {
-                self.scene.put_switch(axis, place, &mut self.board.plant_mut());
-            }
+        let (now, per_us) = (self.now(), self.ticks(1));
+        let built = self.scene.build_cell(now, per_us, &mut self.board.plant_mut());
+        if let Some((cell, placed)) = built {
+            (self.cell, self.placed) = (Some(cell), placed);
         }
-        self.placed = switches.map(|place| i32::try_from(place?).ok());
-        let cell = Shared::new(scene, frame, &self.scene.profile, self.ticks(1));
-        let (now, around) = (self.now(), cell.around());
-        self.board.plant_mut().surround(now, Some(around));
-        self.cell = Some(cell);
     }
 
     /// The cell's time begins with the run.
@@ -46,11 +36,7 @@ impl<B: Hardware> Rig<B> {
                 }
                 HostDeed::Pause(pauses) => self.host_actions.push(HostAction::Pause(pauses)),
                 HostDeed::Stall(axis, steps) => {
-                    let steps = u64::from(steps.unsigned_abs());
-                    self.board.plant_mut().stall(axis, steps);
-                    if let Some(lost) = self.scene.lost.get_mut(axis) {
-                        *lost += steps.cast_signed();
-                    }
+                    self.scene.stall(axis, steps, &mut self.board.plant_mut());
                 }
             }
         }

@@ -4,7 +4,7 @@ use super::super::hardware::Hardware;
 use super::Run;
 use crate::scene::Report;
 use crate::sim::End;
-use crate::sim::trace::{Status, What};
+use crate::sim::trace::What;
 
 impl<B: Hardware> Run<'_, '_, B> {
     /// An event of the trace, for the cell: the line that the script is in, and what it prints.
@@ -12,12 +12,7 @@ impl<B: Hardware> Run<'_, '_, B> {
         if self.rig.borrow().cell().is_none() {
             return;
         }
-        let line = what.line();
-        if self.lines.last().is_none_or(|(_, last)| *last != line) {
-            self.lines.push((us, line));
-        }
-        if let What::Print { text, .. } = what {
-            self.printed.push(text.clone());
+        if let Some(text) = self.heard.tell(us, what) {
             self.rig.borrow_mut().cell_prints(text);
         }
     }
@@ -26,25 +21,6 @@ impl<B: Hardware> Run<'_, '_, B> {
     pub(super) fn judge_cell(&mut self, us: u64, end: &End) -> Option<Report> {
         let scene = self.job.world.scene()?;
         let cell = self.rig.borrow().cell().cloned()?;
-        let how = match (end.status, end.fault) {
-            (Status::Fault, Some(fault)) => fault.to_string(),
-            (Status::Fault, None) => "fault".to_owned(),
-            (Status::Stopped, _) => "stopped".to_owned(),
-            (Status::Done, _) => "done".to_owned(),
-        };
-        let mut live = cell.get();
-        let end = cell::judge::End {
-            us,
-            how,
-            printed: std::mem::take(&mut self.printed),
-            on: live.outputs_on(),
-            seen: Vec::new(),
-        };
-        let lines = std::mem::take(&mut self.lines);
-        let line_at = |us: u64| {
-            let after = lines.partition_point(|(began, _)| *began <= us);
-            after.checked_sub(1).and_then(|index| lines.get(index)).map_or(0, |(_, line)| *line)
-        };
-        Some(Report::of(scene, live.cell_mut(), end, &line_at))
+        Some(self.heard.judge(scene, &cell, us, end))
     }
 }

@@ -94,8 +94,7 @@ impl Native {
             return;
         }
         while !self.is_halted() && !self.board.controller().motor.path_rests() {
-            self.board.desk().wake();
-            self.turn();
+            self.turn_idle();
         }
         let away = self.scene.away(axis);
         let [least, greatest] = self.reached[i];
@@ -184,8 +183,7 @@ impl Native {
             if rests {
                 break;
             }
-            self.board.desk().wake();
-            self.turn();
+            self.turn_idle();
         }
         let Some(name) = name else { return Step::Fault(Fault::NoProgram) };
         self.board.desk().forget_requests();

@@ -24,7 +24,6 @@ impl Native {
             *least = at.min(*least);
             *greatest = at.max(*greatest);
         }
-        self.look_at_inputs();
         self.pieces.look(us, &self.board, &mut self.log);
     }
 
@@ -35,7 +34,9 @@ impl Native {
             Sight::Beside(Seen::Byte, LINE_END) => {
                 let text = String::from_utf8_lossy(&self.printed).into_owned();
                 self.printed.clear();
-                self.log.write(us, What::Print { line, text });
+                let what = What::Print { line, text };
+                self.tell_cell(us, &what);
+                self.log.write(us, what);
             }
             Sight::Beside(Seen::Byte, byte) => {
                 if self.printed.len() < LONGEST {
@@ -53,6 +54,7 @@ impl Native {
                 let Some(what) = what else { return };
                 self.pieces.event(us, noticed.pc, &what, &self.board, &mut self.log);
                 self.take_end(us, &what);
+                self.tell_cell(us, &what);
                 self.log.write(us, what);
             }
         }

@@ -7,14 +7,14 @@ use lang::isa::first;
 use lang::wire::{Control, RunState};
 
 use super::{Native, QUESTION};
-use crate::sim::chip::PER_MS;
 use crate::sim::record::{Record, StopReason, Summary};
 use crate::sim::trace::{PerAxis, Status, What};
 use crate::sim::unattended::Unattended;
 use crate::sim::{End, SimError};
+use desk::PER_MS;
 
 /// Nothing has happened for so long in a run in which nothing can happen any more, us: longer than any filter.
-const QUIET_US: u64 = 100_000;
+pub(super) const QUIET_US: u64 = 100_000;
 /// Time after the end in which outputs come to the pins, ms.
 const END_MS: u64 = 3;
 /// Longest time that a stop may take, us: a ramp from the top rate of a slow machine.
@@ -49,7 +49,10 @@ impl Native {
         self.press_start(us);
         if !self.is_stuck() {
             self.alive_us = us;
-        } else if us - self.alive_us >= QUIET_US {
+        } else if us - self.alive_us < self.patience_us() {
+        } else if self.cell_presses_start(us) {
+            self.alive_us = us;
+        } else {
             self.idle_us = self.alive_us;
             self.halt(StopReason::Idle);
         }
@@ -80,6 +83,7 @@ impl Native {
             _ => false,
         };
         self.scene.scenario.next_us().is_none()
+            && self.cell_is_due().is_none()
             && controller.motor.rests()
             && controller.clock.spin == 0
             && controller.analog_is_settled()
@@ -131,7 +135,7 @@ impl Native {
     }
 
     /// When the run was over: nothing happened in the time that it took to find that nothing can.
-    fn end_us(&self) -> u64 {
+    pub(super) fn end_us(&self) -> u64 {
         match (self.stop, self.ended_us) {
             (Some(StopReason::Idle), _) => self.idle_us,
             (_, Some(us)) => us,

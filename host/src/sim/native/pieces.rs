@@ -7,10 +7,10 @@ use lang::axis::Axis;
 use lang::effect::{Center, Dist, Effect};
 use lang::profile::Profile;
 
-use crate::sim::chip::board::NativeBoard;
 use crate::sim::log::Log;
 use crate::sim::record::{ArcShape, Segment, SegmentKind};
 use crate::sim::trace::{MoveKind, What};
+use desk::board::NativeBoard;
 
 /// A block that was asked for and has not begun.
 #[derive(Clone, Copy, Debug)]

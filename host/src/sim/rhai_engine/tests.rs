@@ -2,9 +2,10 @@ use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 
+use crate::sim::chain::Chain;
 use crate::sim::trace::{Event, to_text};
 use crate::sim::world::World;
-use crate::sim::{Engine, Options, Outcome, Rules, run_traced};
+use crate::sim::{Engine, Options, Outcome, Rules, run_chain_traced, run_traced};
 
 fn program(text: &str) -> Program {
     let source = Source::new("t.bas", text.to_owned());
@@ -201,6 +202,26 @@ fn a_world_writes_only_what_the_program_has_and_allows() {
         assert!(text.contains("the program has 3000 wanted"), "{text}");
     }
     assert!(refusal("at_value(4000);").contains("no variable stands AT 4000"));
+}
+
+/// Where nobody has put the reference switches they are put when an axis is homed, which is once its path is over. RUN waits
+/// for a path, too.
+#[test]
+fn what_waits_for_a_path_without_asking_for_anything_lets_time_go_on() {
+    let first = program("G1 X50 F3000\nG1 X10\nHome X\nG1 X5 F3000\nRUN \"other\"\n");
+    let other = program("G1 X20 F3000\nPRINT 1\n");
+    let chain = Chain::of([("first".to_owned(), &first), ("other".to_owned(), &other)]);
+    let run = |engine, rules| {
+        let options = Options { rules, limit_us: 60_000_000, ..Options::default() };
+        let run = run_chain_traced(&chain, engine, &World::unattended(), &options);
+        let (run, events) = run.unwrap();
+        (run.unattended.switches, to_text(&events))
+    };
+    let wanted = run(Engine::Vm, Rules::Model);
+    assert!(wanted.1.contains("\"ev\":\"print\""), "{}", wanted.1);
+    for engine in [Engine::Vm, Engine::Rhai] {
+        assert_eq!(run(engine, Rules::Firmware), wanted, "{engine:?}");
+    }
 }
 
 /// The firmware's machine is the F5529's: who wants another part's times gets no others in their place.

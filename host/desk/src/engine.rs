@@ -4,6 +4,8 @@
 //! Times are in 1/65536 ticks of the step timer since power-up. A step is armed at one event and comes at the next one,
 //! which the timer's output raises by itself; whoever reads a position sees the step from when it is armed.
 
+mod rush;
+
 use std::collections::VecDeque;
 
 use firmware::motion::queue::{self, SLOTS};
@@ -174,6 +176,11 @@ impl Engine {
         self.watched != 0
     }
 
+    /// Whether a watched pin would answer at an event with these levels of the port of inputs.
+    pub fn would_answer(&self, inputs: u8) -> bool {
+        (inputs ^ self.idle) & self.watched != 0
+    }
+
     /// The step that the event at `due` brings to the pins.
     pub fn pulse(&self, due: u64) -> Pulse {
         let path = if self.due == Some(due) { self.armed } else { 0 };
@@ -227,10 +234,8 @@ impl Engine {
         let interval = segment.ramp.interval;
         segment.ramp.interval = interval.wrapping_add_signed(segment.ramp.dif);
         let (is_step, inc) = (segment.ramp.events & segment.ramp.mask == 0, segment.inc);
-        let whole = interval.saturating_mul(u32::from(segment.ramp.mask) + 1);
-        if self.shortest == 0 || whole < self.shortest {
-            self.shortest = whole;
-        }
+        let whole = u64::from(interval) * (u64::from(segment.ramp.mask) + 1);
+        self.note_interval(whole);
         self.due = Some(due + u64::from(interval));
         if self.answers(inputs) {
             self.path.clear();
@@ -247,6 +252,14 @@ impl Engine {
                 self.armed |= 1 << axis;
                 self.count_step(axis);
             }
+        }
+    }
+
+    /// Steps of the path come so far apart, 1/65536 ticks.
+    fn note_interval(&mut self, interval: u64) {
+        let interval = u32::try_from(interval).unwrap_or(u32::MAX);
+        if self.shortest == 0 || interval < self.shortest {
+            self.shortest = interval;
         }
     }
 

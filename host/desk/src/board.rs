@@ -35,6 +35,8 @@ pub struct NativeBoard {
     disturbed: Option<u16>,
     /// Outputs when it was last looked whether there is something to do.
     outputs: u16,
+    /// Inputs and buttons that were on then.
+    contacts: u32,
 }
 
 impl NativeBoard {
@@ -53,6 +55,7 @@ impl NativeBoard {
             rate: RATES[0],
             disturbed: None,
             outputs: 0,
+            contacts: 0,
         };
         board.boot(POWER_UP);
         board
@@ -152,20 +155,31 @@ impl NativeBoard {
     }
 
     /// One pass of a driven program ([`super::driven`]). Where it has brought nothing further time goes on to the next
-    /// millisecond or change of the step engine, but not beyond `limit`, ticks.
-    pub fn drive(&mut self, limit: u64) {
+    /// millisecond or change of the step engine, but not beyond `limit`, ticks. Gives whether anything has come of it:
+    /// in the program, at the step engine, at the outputs, or to be seen.
+    pub fn drive(&mut self, limit: u64) -> bool {
+        self.drive_by(limit, false)
+    }
+
+    /// The same for an engine that asks for nothing but that time goes on.
+    pub fn drive_on(&mut self, limit: u64) -> bool {
+        self.drive_by(limit, true)
+    }
+
+    fn drive_by(&mut self, limit: u64, waits: bool) -> bool {
         let before = self.progress();
         let asked = self.desk.is_asked() || self.desk.owed() != 0;
         self.pass();
         // A statement that is done in the pass in which it begins leaves no trace of itself.
-        let further = asked || self.progress() != before;
-        if self.desk.is_idle() || further || self.desk.has_seen() {
-            return;
+        let further = asked || self.progress() != before || self.desk.has_seen();
+        if further || !waits && self.desk.is_idle() {
+            return true;
         }
         let now = self.desk.ticks();
         let turn = (now / PER_MS + 1) * PER_MS;
         self.desk.spend_to_change(turn.min(limit));
         self.jump(limit);
+        self.desk.changes() != before.4 || self.desk.plant().output_has_changed()
     }
 
     /// The world has acted.
@@ -182,6 +196,11 @@ impl NativeBoard {
         if std::mem::replace(&mut self.outputs, outputs) != outputs
             || self.desk.plant().output_has_changed()
         {
+            self.disturb();
+        }
+        // Motors and what is around them have changed inputs.
+        let contacts = self.desk.plant().contacts();
+        if std::mem::replace(&mut self.contacts, contacts) != contacts {
             self.disturb();
         }
         // The inputs that the machine knows are those of the world only when it has looked since that acted.
@@ -230,7 +249,7 @@ impl NativeBoard {
 
     /// Ticks of the plant in one of the step timer.
     pub fn unit(&self) -> u64 {
-        Desk::plant_ticks(&self.desk.plant())
+        self.desk.0.unit
     }
 
     /// What is around the pins.
@@ -298,11 +317,12 @@ impl Desk {
         let width = u64::from(record.pulse.max(lang::part::SHORT_PULSE_US));
         self.0.pulse.set(width * PER_US);
         self.0.setup.set(u64::from(record.setup) * PER_US);
-        self.0.steps_are_low.set(record.flags & BoardRecord::STEP_LOW != 0);
+        let steps = self.0.pins.step.iter().fold(0, |pins, pin| pins | 1 << pin);
+        self.0.turned.set(if record.flags & BoardRecord::STEP_LOW != 0 { steps } else { 0 });
         let mut guard = self.0.guard.get();
         (guard.falling, guard.invert) = (record.falling(), record.input_invert);
         self.0.guard.set(guard);
-        self.set_dirs(self.ticks(), 0);
+        self.0.set_dirs(&mut self.plant_mut(), self.ticks(), 0);
     }
 
     fn has_seen(&self) -> bool {

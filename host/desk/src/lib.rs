@@ -18,6 +18,7 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use emulator::Plant;
+use emulator::plant::pins::Pins;
 use firmware::machine::chip::{Chip, Clock, Observed};
 use lang::part::{F5529, Part};
 use lang::wire::{Seen, TraceKind};
@@ -26,9 +27,9 @@ use self::engine::Engine;
 use self::memory::Memory;
 
 /// Ticks of the step timer in a microsecond.
-pub(super) const PER_US: u64 = F5529.clock as u64 / 1_000_000;
+pub const PER_US: u64 = F5529.clock as u64 / 1_000_000;
 /// Ticks of the step timer in a millisecond.
-pub(super) const PER_MS: u64 = 1_000 * PER_US;
+pub const PER_MS: u64 = 1_000 * PER_US;
 
 /// What an observer sees.
 #[derive(Clone, Copy, Debug)]
@@ -69,6 +70,10 @@ struct State {
     memory: RefCell<Memory>,
     engine: RefCell<Engine>,
     plant: RefCell<Plant>,
+    /// Where the pins are, and ticks of the plant in one of the step timer.
+    pins: Pins,
+    /// See `pins`.
+    unit: u64,
     guard: Cell<Guarded>,
     /// Levels of the chip's pins, as [`emulator::plant::Pins`] counts them.
     levels: Cell<u64>,
@@ -80,8 +85,8 @@ struct State {
     setup: Cell<u64>,
     /// When the DIR pins take new levels, ticks, and which: bit per axis that moves in negative direction.
     turn: Cell<Option<(u64, u8)>>,
-    /// STEP pins are low while they step.
-    steps_are_low: Cell<bool>,
+    /// Pins whose level is the other one than here: STEP pins that are low while they step.
+    turned: Cell<u64>,
     /// Axes whose positive direction is low, as bits of their DIR pins.
     invert: Cell<u8>,
     /// Time since power-up, ticks of the step timer.
@@ -105,6 +110,8 @@ impl Desk {
         Desk(Rc::new(State {
             memory: RefCell::new(Memory::new()),
             engine: RefCell::default(),
+            pins: *plant.board(),
+            unit: plant.ticks_per_second() / u64::from(F5529.clock),
             plant: RefCell::new(plant),
             guard: Cell::default(),
             levels: Cell::new(0),
@@ -112,7 +119,7 @@ impl Desk {
             pulse: Cell::new(3 * PER_US),
             setup: Cell::new(0),
             turn: Cell::new(None),
-            steps_are_low: Cell::new(false),
+            turned: Cell::new(0),
             invert: Cell::new(0),
             now: Cell::new(0),
             reset: Cell::new(0),
@@ -134,8 +141,11 @@ impl Desk {
 
     /// Lets ticks of the step timer pass: steps are made, pins that stop them are looked at.
     pub fn spend(&self, ticks: u64) {
-        let end = self.0.now.get() + ticks;
-        self.play_until(end);
+        self.play(self.0.now.get() + ticks, false);
+    }
+
+    fn play(&self, end: u64, to_change: bool) {
+        let end = self.play_until(end, to_change);
         let from = self.0.now.replace(end);
         if from / PER_MS != end / PER_MS {
             self.look_at_chain();
@@ -162,13 +172,8 @@ impl Desk {
 
     /// Lets time pass to a time, ticks, or to where a segment of the step engine ends or is cut.
     pub fn spend_to_change(&self, end: u64) {
-        let before = self.0.engine.borrow().changes;
-        while self.ticks() < end {
-            let event = self.0.engine.borrow().next_event().map_or(end, |due| due >> 16);
-            self.spend(event.clamp(self.ticks() + 1, end) - self.ticks());
-            if self.0.engine.borrow().changes != before {
-                return;
-            }
+        if self.ticks() < end {
+            self.play(end, true);
         }
     }
 

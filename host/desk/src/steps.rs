@@ -1,123 +1,182 @@
 //! The step engine at the pins: time, STEP and DIR, and what stops steps between two passes.
 
+use std::cell::RefMut;
+
+use emulator::Plant;
 use firmware::machine::chip::{Guard, Steps};
 use firmware::motion::{PathSegment, Segment};
 
-use super::{Desk, PER_US, cost};
+use super::engine::Engine;
+use super::{Desk, Guarded, PER_US, State, cost};
 
 /// [`Guard::tripped`]: inputs of the chain have answered.
 const CHAIN: u8 = 1;
 /// Ticks between the end of a step and a change of its direction.
 const HOLD: u64 = PER_US;
 
-impl Desk {
-    /// Makes the steps that come until a time, ticks.
-    pub(super) fn play_until(&self, end: u64) {
+/// The step engine and the plant at its pins, while time passes.
+struct Play<'a> {
+    state: &'a State,
+    engine: RefMut<'a, Engine>,
+    plant: RefMut<'a, Plant>,
+}
+
+impl Play<'_> {
+    /// Makes the steps that come until a time, ticks; where `to_change` says so, only until a segment is taken or ends.
+    /// Gives the time to which it came.
+    fn until(&mut self, mut end: u64, mut to_change: bool) -> u64 {
+        let (state, begun) = (self.state, self.state.now.get());
+        let before = self.engine.changes;
         loop {
-            let event = self.0.engine.borrow().next_event();
-            let fall = self.0.falls.get().into_iter().flatten().min();
-            let turn = self.0.turn.get();
+            let event = self.engine.next_event();
+            let fall = state.falls.get().into_iter().flatten().min();
+            let turn = state.turn.get();
             // What is due at the pins comes before the next event.
             let pins = fall.into_iter().chain(turn.map(|(tick, _)| tick)).min();
-            let next = pins.into_iter().chain(event.map(|due| due >> 16)).min();
-            self.pass_around(next.unwrap_or(end).min(end));
+            let tick = event.map(|due| due >> 16);
+            if pins.is_none() && tick.is_some_and(|tick| tick < end) && self.rush(end) {
+                continue;
+            }
+            // Whoever acts between two ticks is seen at the next one.
+            let next = pins.into_iter().chain(tick).min().unwrap_or(end).min(end);
+            self.plant.pass(next * state.unit);
             match (event, pins) {
                 (due, Some(tick)) if tick <= end && due.is_none_or(|due| tick <= due >> 16) => {
                     match turn {
                         Some((at, negative)) if at == tick => {
-                            self.0.turn.set(None);
-                            self.set_dirs(tick, negative);
+                            state.turn.set(None);
+                            state.set_dirs(&mut self.plant, tick, negative);
                         }
                         _ => self.fall(tick),
                     }
                 }
-                (Some(due), _) if due >> 16 <= end => self.event(due),
-                _ => return,
+                (Some(due), _) if due >> 16 <= end => {
+                    self.event(due);
+                    if to_change && self.engine.changes != before {
+                        to_change = false;
+                        end = (due >> 16).clamp(begun + 1, end);
+                    }
+                }
+                _ => return end,
             }
         }
     }
 
-    /// What happens around the machine by itself until a time, ticks.
-    fn pass_around(&self, tick: u64) {
-        let mut plant = self.0.plant.borrow_mut();
-        let unit = Desk::plant_ticks(&plant);
-        // Whoever acts between two ticks is seen at the next one.
-        plant.pass(tick * unit);
+    /// Many events at once, as far as their pulses have ended by a time, ticks, and nothing comes of them but steps.
+    fn rush(&mut self, end: u64) -> bool {
+        let (state, pulse) = (self.state, self.state.pulse.get());
+        let Plant { limits, .. } = *self.plant;
+        let end = self.plant.due().map_or(end, |due| end.min(due / state.unit));
+        let Some(last) = end.checked_sub(pulse) else { return false };
+        if self.plant.is_observed() || pulse * state.unit < limits.pulse {
+            return false;
+        }
+        let guard = state.guard.get();
+        if guard.pins != 0 || self.engine.watches() {
+            let port = state.port(&self.plant);
+            if (port ^ guard.falling) & guard.pins != 0 || self.engine.would_answer(port) {
+                return false;
+            }
+        }
+        let least = (pulse + 1 + limits.low.div_ceil(state.unit)) << 16;
+        let room = self.plant.free_steps();
+        match self.engine.rush(last << 16 | 0xFFFF, room, least) {
+            Some(steps) => self.plant.travel(steps),
+            None => return false,
+        }
+        true
     }
 
     /// STEP pins whose pulse is over.
-    fn fall(&self, tick: u64) {
-        let mut falls = self.0.falls.get();
-        let step = self.0.plant.borrow().board().step;
-        let mut levels = self.0.levels.get();
-        for (fall, pin) in falls.iter_mut().zip(step) {
+    fn fall(&mut self, tick: u64) {
+        let state = self.state;
+        let mut falls = state.falls.get();
+        let mut levels = state.levels.get();
+        for (fall, pin) in falls.iter_mut().zip(state.pins.step) {
             if *fall == Some(tick) {
                 *fall = None;
                 levels &= !(1 << pin);
             }
         }
-        self.0.falls.set(falls);
-        self.set_levels(tick, levels);
+        state.falls.set(falls);
+        state.set_levels(&mut self.plant, tick, levels);
     }
 
     /// An event of the engine: the pins that were armed rise, the inputs are looked at, the next steps are armed.
-    fn event(&self, due: u64) {
-        let pulse = self.0.engine.borrow().pulse(due);
+    fn event(&mut self, due: u64) {
+        let state = self.state;
+        let pulse = self.engine.pulse(due);
         if pulse.steps != 0 {
-            let step = self.0.plant.borrow().board().step;
-            let (mut levels, mut falls) = (self.0.levels.get(), self.0.falls.get());
-            for (axis, pin) in step.into_iter().enumerate() {
+            let (mut levels, mut falls) = (state.levels.get(), state.falls.get());
+            for (axis, pin) in state.pins.step.into_iter().enumerate() {
                 if pulse.steps >> axis & 1 != 0 {
                     levels |= 1 << pin;
-                    falls[axis] = Some(pulse.tick + self.0.pulse.get());
+                    falls[axis] = Some(pulse.tick + state.pulse.get());
                 }
             }
-            self.0.falls.set(falls);
-            self.set_levels(pulse.tick, levels);
-            self.look_at_pins();
+            state.falls.set(falls);
+            state.set_levels(&mut self.plant, pulse.tick, levels);
+            state.look_at_pins(&self.plant, &mut self.engine);
         }
-        let watches = self.0.engine.borrow().watches();
-        let inputs = if watches { self.port() } else { 0 };
-        let mut engine = self.0.engine.borrow_mut();
-        let before = engine.negative;
-        engine.play(due, inputs);
-        let negative = engine.negative;
+        let inputs = if self.engine.watches() { state.port(&self.plant) } else { 0 };
+        let before = self.engine.negative;
+        self.engine.play(due, inputs);
+        let negative = self.engine.negative;
         if negative != before {
             // STEP ends first, and DIR has its set-up time before the next step.
-            let turn = (due >> 16) + self.0.pulse.get() + HOLD;
-            engine.put_off(negative ^ before, (turn + self.0.setup.get()) << 16);
-            drop(engine);
-            self.0.turn.set(Some((turn, negative)));
+            let turn = (due >> 16) + state.pulse.get() + HOLD;
+            self.engine.put_off(negative ^ before, (turn + state.setup.get()) << 16);
+            state.turn.set(Some((turn, negative)));
         }
     }
+}
 
+impl State {
     /// The DIR pins say in which direction the axes move; bit n: axis n in negative direction.
-    pub(super) fn set_dirs(&self, tick: u64, negative: u8) {
-        let dir = self.0.plant.borrow().board().dir;
-        let mut levels = self.0.levels.get();
-        for (axis, pin) in dir.into_iter().enumerate() {
-            let inverted = self.0.invert.get() & <Desk as Steps>::DIR[axis] != 0;
+    pub(super) fn set_dirs(&self, plant: &mut Plant, tick: u64, negative: u8) {
+        let mut levels = self.levels.get();
+        for (axis, pin) in self.pins.dir.into_iter().enumerate() {
+            let inverted = self.invert.get() & <Desk as Steps>::DIR[axis] != 0;
             let positive = negative >> axis & 1 == 0;
             levels &= !(1 << pin);
             levels |= u64::from(positive != inverted) << pin;
         }
-        self.set_levels(tick, levels);
+        self.set_levels(plant, tick, levels);
     }
 
     /// The pins of the port of inputs that are guarded: one that answers stops the engine.
-    fn look_at_pins(&self) {
-        let mut guard = self.0.guard.get();
-        let answers = if guard.pins == 0 { 0 } else { (self.port() ^ guard.falling) & guard.pins };
+    fn look_at_pins(&self, plant: &Plant, engine: &mut Engine) {
+        let mut guard = self.guard.get();
+        if guard.pins == 0 {
+            return;
+        }
+        let answers = (self.port(plant) ^ guard.falling) & guard.pins;
         if answers != 0 {
             guard.tripped = answers;
-            self.trip(guard);
+            self.trip(guard, engine);
         }
+    }
+
+    fn trip(&self, mut guard: Guarded, engine: &mut Engine) {
+        (guard.pins, guard.inputs) = (0, 0);
+        self.guard.set(guard);
+        engine.cut();
+    }
+}
+
+impl Desk {
+    /// Makes the steps that come until a time, ticks: see [`Play::until`].
+    pub(super) fn play_until(&self, end: u64, to_change: bool) -> u64 {
+        let state = &*self.0;
+        let (engine, plant) = (state.engine.borrow_mut(), state.plant.borrow_mut());
+        Play { state, engine, plant }.until(end, to_change)
     }
 
     /// Each millisecond: the inputs of the chain that are guarded, and the pins again.
     pub(super) fn look_at_chain(&self) {
-        self.look_at_pins();
-        let mut guard = self.0.guard.get();
+        let state = &*self.0;
+        state.look_at_pins(&state.plant.borrow(), &mut state.engine.borrow_mut());
+        let mut guard = state.guard.get();
         if guard.inputs == 0 {
             return;
         }
@@ -125,14 +184,8 @@ impl Desk {
         if answers != 0 {
             guard.answered = answers;
             guard.tripped = CHAIN;
-            self.trip(guard);
+            state.trip(guard, &mut state.engine.borrow_mut());
         }
-    }
-
-    fn trip(&self, mut guard: super::Guarded) {
-        (guard.pins, guard.inputs) = (0, 0);
-        self.0.guard.set(guard);
-        self.0.engine.borrow_mut().cut();
     }
 
     /// Time of the engine, 1/65536 ticks.
@@ -141,7 +194,7 @@ impl Desk {
     }
 
     /// Lets time pass until no step is armed any more.
-    fn rest(&self, moves: impl Fn(&super::Engine) -> bool) {
+    fn rest(&self, moves: impl Fn(&Engine) -> bool) {
         while moves(&self.0.engine.borrow()) {
             self.spend(PER_US);
         }
@@ -166,7 +219,7 @@ impl Steps for Desk {
         }
         self.0.engine.borrow_mut().negative = 0;
         self.0.turn.set(None);
-        self.set_dirs(self.ticks(), 0);
+        self.0.set_dirs(&mut self.0.plant.borrow_mut(), self.ticks(), 0);
     }
     fn path_has_room(&self) -> bool {
         self.0.engine.borrow().path_has_room()
@@ -211,7 +264,7 @@ impl Steps for Desk {
     }
     fn halt(&self) {
         self.0.engine.borrow_mut().cut();
-        self.rest(super::Engine::moves);
+        self.rest(Engine::moves);
         let mut guard = self.0.guard.get();
         guard.tripped = 0;
         self.0.guard.set(guard);
