@@ -152,6 +152,8 @@ fn every_image_has_every_named_register() {
                     || OF_QUEUE.contains(name)
                     || !part.look_ahead && OF_CHIP.contains(name)
                     || WRITTEN.contains(name)
+                    // A virtual F5529 comes with a profile; a G2553 without one has its own, which no CRC tells.
+                    || *name == "PROFILE_HASH"
                     || (*name, *table) == FIRST_AT;
                 let good = match name {
                     name if OWN.contains(name) => (value == 0) == (wanted == 0),
