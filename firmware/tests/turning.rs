@@ -6,7 +6,7 @@ use emulator::Silicon;
 use lang::trig::{self, wide};
 use lang::wire::{self, RunState};
 use rig::company::{long, start};
-use rig::{machine, on, read};
+use rig::{machine, on, read, write};
 
 const SCRIPT: &str =
     "DIM sines AT 3000, angles AT 3002, scaled AT 3004, tries AT 3006, made AT 3008
@@ -44,12 +44,20 @@ fn the_image_counts_as_the_host_does() {
     let found = [3000, 3002, 3004, 3006, 3008].map(|register| long(&mut board, register));
     // Twelve by one, after two failures of two statements.
     assert_eq!(found, [sines, angles, scaled, 2, 1202]);
-    let count = read(&mut board, wire::PRINT_COUNT).expect("it answers");
-    let text: String = (0..count.div_ceil(2))
-        .flat_map(|n| read(&mut board, wire::PRINT_TEXT + n).expect("it answers").to_be_bytes())
-        .take(count.into())
-        .map(char::from)
-        .collect();
-    let pair = "-2147483.647mm-84546.5609in";
+    let mut text = String::new();
+    loop {
+        let tail = read(&mut board, wire::PRINT_TAIL).expect("it answers");
+        // 16 registers show what comes next of it.
+        let count = read(&mut board, wire::PRINT_COUNT).expect("it answers").min(32);
+        if count == 0 {
+            break;
+        }
+        let words = (0..count.div_ceil(2))
+            .map(|n| read(&mut board, wire::PRINT_TEXT + n).expect("it answers"));
+        let bytes: Vec<u8> = words.flat_map(u16::to_be_bytes).take(count.into()).collect();
+        text.extend(bytes.into_iter().map(char::from));
+        write(&mut board, wire::PRINT_TAIL, tail.wrapping_add(count));
+    }
+    let pair = "-2147483.647mm-84546.6003in";
     assert_eq!(text, format!("{}5\n", pair.repeat(4)));
 }
