@@ -247,7 +247,7 @@ mod tests {
             inc: [u32::MAX, 0x8000_0000 >> (n % 3), 12_345_678 * n],
             acc: [1 << 15, 0, 77],
             negative: n as u8 & 0b101,
-            begin: n % 2 == 0,
+            begin: n.is_multiple_of(2),
             ..PathSegment::default()
         }
     }
