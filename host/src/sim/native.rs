@@ -317,7 +317,11 @@ impl Native {
         let at = |us: u64| zero.saturating_add(us.saturating_mul(PER_US));
         let next = next.map_or(u64::MAX, at);
         let limit = if self.stopping { u64::MAX } else { at(self.options.limit_us) };
-        let due = self.cell_is_due().unwrap_or(u64::MAX);
+        let mut due = self.cell_is_due().unwrap_or(u64::MAX);
+        if self.around.is_some() {
+            // Somebody of the cell may press Start then.
+            due = due.min(at(self.alive_us + self.patience_us()));
+        }
         let news = drive(&mut self.board, next.min(limit).min(due));
         self.look_at_cell();
         if news {

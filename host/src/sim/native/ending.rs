@@ -46,11 +46,14 @@ impl Native {
         if us >= self.options.limit_us {
             return self.halt(StopReason::Limit);
         }
-        self.press_start(us);
+        // People of a cell come before nobody, as around a board.
+        if self.around.is_none() {
+            self.press_start(us);
+        }
         if !self.is_stuck() {
             self.alive_us = us;
         } else if us - self.alive_us < self.patience_us() {
-        } else if self.cell_presses_start(us) {
+        } else if self.cell_presses_start(us) || self.press_start(us) {
             self.alive_us = us;
         } else {
             self.idle_us = self.alive_us;
@@ -58,37 +61,49 @@ impl Native {
         }
     }
 
-    /// In a world of nobody what waits for Start gets a press.
-    fn press_start(&mut self, us: u64) {
+    /// In a world of nobody what waits for Start gets a press; whether it does now.
+    fn press_start(&mut self, us: u64) -> bool {
         let waits = self.board.controller().session.shown() == RunState::WaitStart as u8;
         if !waits || self.pressed || !self.scene.scenario.is_unattended() {
-            return;
+            return false;
         }
         self.pressed = true;
-        if self.scene.scenario.waits_for_start(us) {
+        let comes = self.scene.scenario.waits_for_start(us);
+        if comes {
             let pc = self.board.controller().pc_of_effect();
             let line = self.board.desk().line_at(pc);
             self.released.push(self.log.shown(line));
         }
+        comes
     }
 
     /// Nothing can happen any more, unless something is on its way through a filter.
     fn is_stuck(&self) -> bool {
         let controller = self.board.controller();
         let (program, session) = (&controller.program, &controller.session);
-        let every = program.events.iter().any(|event| event.kind & !PENDING == 3);
         let waits = match program.effect.code {
             first::WaitIn | first::WaitChar => program.effect.left < 0,
             first::WaitStart => true,
             _ => false,
         };
-        self.scene.scenario.next_us().is_none()
-            && self.cell_is_due().is_none()
+        let stands = session.is(RunState::Paused)
+            || waits && session.executes() && program.effect.phase != 0 && !self.is_told_the_time();
+        stands
+            && self.scenario_is_over()
             && controller.motor.rests()
             && controller.clock.spin == 0
             && controller.analog_is_settled()
-            && (session.is(RunState::Paused)
-                || session.executes() && program.effect.phase != 0 && waits && !every)
+    }
+
+    /// Whether ON EVERY lets something happen.
+    fn is_told_the_time(&self) -> bool {
+        let events = &self.board.controller().program.events;
+        events.iter().any(|event| event.kind & !PENDING == 3)
+    }
+
+    /// Whether neither world nor cell does anything by itself any more.
+    fn scenario_is_over(&self) -> bool {
+        self.scene.scenario.next_us().is_none() && self.cell_is_due().is_none()
     }
 
     /// Ends the run: `fault` is the program's, `None` its END or whatever stopped it. `line` is that of the statement
