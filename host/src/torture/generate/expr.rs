@@ -28,7 +28,8 @@ impl Writer<'_> {
             return self.simple_number();
         }
         let d = depth - 1;
-        match self.tape.pick(19) {
+        // What only some parts have is drawn for these alone: the programs of the others stay as they were.
+        match self.tape.pick(if self.has(feature::MATHS) { 19 } else { 18 }) {
             0..=2 => self.simple_number(),
             3..=6 => {
                 let (a, b) = (self.number(d), self.simple_number());
@@ -78,7 +79,7 @@ impl Writer<'_> {
                 let (a, b) = (self.length(0), self.length(0));
                 format!("({a} / {b})")
             }
-            17 if self.part.features & feature::MATHS != 0 => self.turning(d),
+            17 if self.has(feature::MATHS) => self.turning(d),
             16 => {
                 self.tape.of(&["ERR", "ERL", "COUNT(list)", "COUNT(pairs)", "INPORT()"]).to_owned()
             }
