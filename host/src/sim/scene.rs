@@ -16,7 +16,7 @@ pub const SWITCH_AWAY_UM: i64 = 20_000;
 /// How long what is at the inputs of a machine takes through every filter, us: 50 ms at contacts; of an analog input ten times
 /// the time constant.
 pub fn filters_us(profile: &Profile) -> u64 {
-    let slowest = profile.analogs.iter().map(|analog| analog.filter_ms).max();
+    let slowest = profile.analogs.iter().map(|analog| analog.slowest_ms()).max();
     (u64::from(slowest.unwrap_or(0)) * 10_000).max(60_000)
 }
 

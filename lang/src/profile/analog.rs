@@ -24,8 +24,11 @@ pub struct Analog {
     /// Name for scripts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// Time constant of the filter, ms: 1 (none), 2, 4, 8, 16 or 32. A value is the mean of four samples within a
-    /// millisecond before that.
+    /// Conversions that count in a value at least: 4, 8, 16, 32, 64 or 128. Four are made in each millisecond, so that more of
+    /// them are a filter of a quarter as many ms.
+    #[serde(default = "four")]
+    pub oversampling: u8,
+    /// Time constant of the filter, ms: 1 (none), 2, 4, 8, 16 or 32.
     #[serde(default = "unfiltered")]
     pub filter_ms: u8,
 }
@@ -46,6 +49,17 @@ pub struct Threshold {
 
 fn unfiltered() -> u8 {
     1
+}
+
+fn four() -> u8 {
+    4
+}
+
+impl Analog {
+    /// Time constant of what the board does, ms: the longer one of filter and oversampling.
+    pub fn slowest_ms(&self) -> u8 {
+        self.filter_ms.max(self.oversampling / 4)
+    }
 }
 
 impl Profile {
@@ -73,6 +87,12 @@ impl Profile {
             if self.analogs[..at].iter().any(|other| other.n == n) {
                 return refuse(format!(
                     "two [[analog]] have n = {n}; write one section with all of its keys"
+                ));
+            }
+            if !FILTERS_MS.map(|ms| 4 * ms).contains(&analog.oversampling) {
+                return refuse(format!(
+                    "analog {n}: oversampling is {}; it must be 4, 8, 16, 32, 64 or 128",
+                    analog.oversampling
                 ));
             }
             if !FILTERS_MS.contains(&analog.filter_ms) {
@@ -141,6 +161,9 @@ mod tests {
             (profile.analogs.clone(), profile.thresholds.clone())
         );
         assert!(profile.has_input(18) && !profile.has_input(19) && !profile.has_input(0));
+        // More conversions are a longer filter to the board.
+        let more = with(&PUMP.replace("filter_ms = 8", "oversampling = 32")).expect("oversampled");
+        assert_eq!(BoardRecord::of(&more, 3), record);
         let plain = with("").expect("the mill");
         assert_eq!(BoardRecord::of(&plain, 3).more_crc, 0, "nothing of it, no second record");
     }
@@ -151,6 +174,7 @@ mod tests {
         assert!(change("n = 4", "n = 5").contains("1..4"));
         assert!(change("n = 4", "n = 2").contains("two [[analog]]"));
         assert!(change("filter_ms = 8", "filter_ms = 3").contains("2, 4, 8"));
+        assert!(change("filter_ms = 8", "oversampling = 5").contains("4, 8, 16"));
         assert!(change("input = 18", "input = 17").contains("18 to 21"));
         assert!(change("analog = 2", "analog = 1").contains("[[analog]] with n = 1"));
         assert!(change("on_mv = 1200", "on_mv = 3301").contains("0..3300"));

@@ -216,6 +216,7 @@ impl MoreRecord {
         let analog = |(n, record): (i32, &ThresholdRecord)| Analog {
             n,
             name: base.iter().find(|analog| analog.n == n).and_then(|analog| analog.name.clone()),
+            oversampling: 4,
             filter_ms: 1 << record.filter().min(5),
         };
         used.map(analog).collect()

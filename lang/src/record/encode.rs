@@ -340,7 +340,7 @@ fn thresholds(profile: &Profile) -> [ThresholdRecord; 4] {
             record.off = level(threshold.off_mv);
         }
         if let Some(analog) = profile.analogs.iter().find(|analog| analog.n == at + 1) {
-            let filter = analog.filter_ms.max(1).ilog2() as u16;
+            let filter = analog.slowest_ms().max(1).ilog2() as u16;
             record.off |= ThresholdRecord::USED | filter << ThresholdRecord::ABOVE;
         }
         record
