@@ -150,7 +150,7 @@ impl Lab {
             let more = self.board.uart_take();
             silence = if more.is_empty() { silence + 1 } else { 0 };
             // Between two registers of a reply there may be a pass of the main loop: 2 ms at most, as `bench passes` has it.
-            if silence > 2 && !reply.is_empty() {
+            if silence > 1 && !reply.is_empty() {
                 break;
             }
             reply.extend(more.into_iter().map(|(_, byte)| byte));
