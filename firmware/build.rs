@@ -43,16 +43,20 @@ fn small(chip: &Chip, segments: u8) -> String {
 }
 
 /// An MSP430X: 64 vectors, and flash above 64 KB, where compiled functions go that `far` has made for
-/// addresses from 10000 to 1FFFF.
+/// addresses from 10000 on.
 fn large(chip: &Chip, segments: u8) -> String {
     let [first, bytes] = chip.flash;
-    let high = (first + bytes).clamp(0x1_0000, 0x2_0000) - 0x1_0000;
-    let more = format!(
+    let end = first + bytes;
+    let high = end.clamp(0x1_0000, 0x2_0000) - 0x1_0000;
+    let more = end.max(0x2_0000) - 0x2_0000;
+    let regions = format!(
         "  VECTORS : ORIGIN = 0xFF80, LENGTH = 0x0080
   HIGH    : ORIGIN = 0x10000, LENGTH = {high:#x}
+  MORE    : ORIGIN = 0x20000, LENGTH = {more:#x}
 "
     );
-    map(chip, segments, 0xFF80, &more, "  .high : { *(.high.*) } > HIGH\n")
+    let sections = "  .high : { *(.high.*) } > HIGH\n  .more : { *(.more.*) } > MORE\n";
+    map(chip, segments, 0xFF80, &regions, sections)
 }
 
 /// The code of each effect: `OP_SET_OUT` of `Op::SetOut`.

@@ -68,10 +68,11 @@ extern "C" fn main() -> ! {
         (Controller::init(addr_of_mut!(CONTROLLER).cast(), F5529), &mut *addr_of_mut!(SLAVES))
     };
     step::init(controller.record);
-    if controller.chained() {
+    if controller.chained() && controller.wired() {
         chain::open();
     }
     controller.motor.pwm.open(&F5529, controller.record.more());
+    controller.open_analog();
     controller.motor.power = controller.full_power();
     guard::open(controller.record.falling(), controller.record.input_invert);
     controller.reset.cause = chip::clock::cause();

@@ -95,7 +95,7 @@ impl Memory for F5529 {
     }
     #[inline(always)]
     fn default_profile(&self) -> &'static BoardRecord {
-        &BoardRecord::DEFAULT
+        &BoardRecord::UNKNOWN
     }
     #[inline(always)]
     fn address_of(profile: &&'static BoardRecord) -> u16 {
@@ -268,6 +268,18 @@ impl Pins for F5529 {
     #[inline(always)]
     fn buttons(&self) -> u16 {
         chain::buttons()
+    }
+    #[inline(always)]
+    fn analog(&self, n: u8) -> u16 {
+        chip::adc::sum(n)
+    }
+    #[inline(always)]
+    fn convert_analog(&self) {
+        chip::adc::convert();
+    }
+    #[inline(always)]
+    fn open_analog(&self, inputs: u8) {
+        chip::adc::open(inputs);
     }
     #[inline(always)]
     fn remember_stop(&self, outputs: u16) {

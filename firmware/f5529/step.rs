@@ -211,7 +211,7 @@ fn state() -> *mut State {
 }
 
 /// Starts the timer and gives it the STEP pins, at rest. `record` says how wide a pulse is, which level is active and
-/// how long DIR stands before a step.
+/// how long DIR stands before a step; a board that knows no wiring drives neither STEP nor DIR.
 pub fn init(record: &BoardRecord) {
     let width_us = record.pulse;
     let width = if width_us <= SHORT_PULSE_US { 0 } else { u16::from(width_us) * STEP_PER_US };
@@ -237,6 +237,9 @@ pub fn init(record: &BoardRecord) {
         (*shared).one_rise = rise | CCIE;
         (*shared).one_fall = fall | CCIE;
         (*shared).sense = [1; 3];
+    }
+    if record.flags & BoardRecord::UNWIRED != 0 {
+        return ports::leave_axes();
     }
     set_dirs(0);
     ports::give_steps(low);

@@ -96,7 +96,7 @@ ram! {
     }
     /// Deadlines (ticks.s, step.s).
     session_missed = "session$missed" {
-        MISSED: 2, "Milliseconds served late.";
+        MISSED: 2, "Milliseconds served more than 2 ms late.";
         RUNS: 2, "Runs begun since reset.";
     }
     /// Of the link, beyond the bytes that one byte names.

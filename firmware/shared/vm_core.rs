@@ -41,7 +41,9 @@ pub fn run(vm: &mut State) -> u16 {
 }
 
 /// Codes of the table of instructions: what only parts with error handlers or events have ends it.
-const TABLE_END: u8 = if PART.features & feature::EVENTS != 0 {
+const TABLE_END: u8 = if PART.features & feature::MATHS != 0 {
+    Op::MulDiv as u8 + 1
+} else if PART.features & feature::EVENTS != 0 {
     Op::More as u8 + 1
 } else if PART.features & feature::LINES != 0 {
     Op::ResumeNext as u8 + 1
@@ -93,6 +95,7 @@ global_asm!(
     .set CORE_SAVES, {saves}
     .set CORE_EVENTS, {has_events}
     .set CORE_LINES, {has_lines}
+    .set CORE_MATHS, {has_maths}
     .set CORE_MORE, {more}
     .set CORE_YIELD, {yield_code}
     .set CORE_HANDLER_END, {handler_end}
@@ -133,6 +136,7 @@ global_asm!(
     saves = const SAVES,
     has_events = const PART.features & feature::EVENTS,
     has_lines = const PART.features & feature::LINES,
+    has_maths = const PART.features & feature::MATHS,
     more = const lang::vm::flag::MORE,
     yield_code = const YIELD,
     handler_end = const HANDLER_END,

@@ -2,6 +2,7 @@
 #![cfg_attr(not(any(test, feature = "physics")), no_std)]
 #![deny(unsafe_code)]
 
+pub mod analog;
 pub mod inputs;
 pub mod keep;
 pub mod machine;

@@ -36,11 +36,16 @@ pub const fn feature_of(code: u8) -> u16 {
     const LEAVE: u8 = Op::Leave as u8;
     const RESUME_NEXT: u8 = Op::ResumeNext as u8;
     const MORE: u8 = Op::More as u8;
+    const RESUME: u8 = Op::Resume as u8;
+    const SIN: u8 = Op::Sin as u8;
+    const MUL_DIV: u8 = Op::MulDiv as u8;
     const COURSE: u8 = Op::Course as u8;
     match code {
         COURSE => feature::COURSE,
         LEAVE..=RESUME_NEXT => feature::LINES,
         MORE => feature::EVENTS,
+        RESUME => feature::RETRY,
+        SIN..=MUL_DIV => feature::MATHS,
         ARC | ARC_MIXED | ARC_BY => feature::ARC,
         EVENT => feature::EVENTS,
         MOVE_SPEED => feature::START,

@@ -464,3 +464,26 @@ fn a_host_that_reads_on_keeps_trace_mode() {
         assert_eq!(read(&mut board, wire::TRACE_MODE), Some(1), "{}", build.name);
     }
 }
+
+#[test]
+fn each_millisecond_that_is_served_late_counts_once() {
+    for build in &BUILDS {
+        let mut board = on(build, &Config::default(), &profile("mill", ""), "Wait 9s\n");
+        let name = if build.chip == Part::F5529 { "PASAPAS_MILLIS" } else { "MILLIS" };
+        let millis = board.symbol(name).expect("a name");
+        let mut before = read(&mut board, wire::MISSED_DEADLINES).expect("an answer");
+        // As if the main loop had stood for so long: what lies behind it is served millisecond by millisecond.
+        for stood in [1, 2, 3, 4, 20, 100] {
+            board.poke16(millis, board.peek16(millis).wrapping_add(stood));
+            board.run_us(50_000);
+            let now = read(&mut board, wire::MISSED_DEADLINES).expect("an answer");
+            // All but the last two, and those that pass meanwhile.
+            let least = stood - stood.min(2);
+            let counted = now - before;
+            println!("{}, {stood} ms: {counted}", build.name);
+            let most = least + 1 + stood / 8;
+            assert!((least..=most).contains(&counted), "{}, {stood} ms: {counted}", build.name);
+            before = now;
+        }
+    }
+}

@@ -28,8 +28,9 @@ mod uart;
 mod uses;
 mod within;
 
-use emulator::{Image, LoadError, Part};
+use emulator::{Board, Image, LoadError, Part};
 use lang::part;
+use lang::record::BoardRecord;
 
 /// A shipped image, with its symbols, and the chip that it is for.
 #[derive(Clone, Debug)]
@@ -66,4 +67,10 @@ impl Build {
     pub fn image(&self) -> Result<Image, LoadError> {
         Image::parse(self.elf)
     }
+}
+
+/// Gives a virtual board that has not run yet the profile `mill`: one that was never told its wiring drives no output.
+pub(crate) fn tell_default(build: &Build, board: &mut Board) {
+    let record = BoardRecord::DEFAULT.sealed().to_bytes();
+    (build.part.profiles[0]..).zip(record).for_each(|(at, byte)| board.poke8(at, byte));
 }

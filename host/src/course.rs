@@ -35,6 +35,8 @@ pub use walk::Obstacle;
 use walk::{Line, Piece, Walked};
 use window::{Way, Work};
 
+use crate::interrupt;
+
 /// How long a part takes for a line of a machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Pace {
@@ -123,7 +125,7 @@ impl Found {
         }
         let fits = |way: &Found| {
             way.worth(points::FINEST)?;
-            points::worths().find_map(|worth| {
+            points::worths().take_while(|_| !interrupt::asked()).find_map(|worth| {
                 let found = way.worth(worth)?;
                 let compiled = found.put_into(program, plain, part)?;
                 Some((found, compiled))

@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use lang::profile::{Profile, ProfileError};
@@ -118,8 +117,9 @@ fn is_path(name: &str) -> bool {
 fn wrong_profile(name: &str, text: &str, error: &ProfileError) -> Note {
     match toml::from_str::<Profile>(text) {
         Err(error) => {
-            let at = error.span().map_or(0, |Range { start, .. }| start);
-            Note::error(name, code::PROFILE, error.message().to_owned()).at(place(text, at))
+            let at = error.span().map_or(0, |span| span.start);
+            let (words, hint) = ::cell::problem::of_toml(&error);
+            Note::error(name, code::PROFILE, words).at(place(text, at)).hint(hint)
         }
         Ok(_) => Note::error(name, code::PROFILE, error.0.clone())
             .at(place(text, offset_of_field(text, &error.0))),

@@ -3,13 +3,17 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock};
 
-use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::flag;
+#[cfg(feature = "desktop")]
+use signal_hook::{
+    consts::{SIGINT, SIGTERM},
+    flag,
+};
 
 static ASKED: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
 /// From now on Ctrl-C and SIGTERM ask for the end ([`asked`]); the second one ends the process at
 /// once, with the exit code that a shell shows for it.
+#[cfg(feature = "desktop")]
 pub fn watch() {
     for signal in [SIGINT, SIGTERM] {
         // Without handlers the signals end the process, as they always do.

@@ -28,7 +28,6 @@ pub mod hall;
 #[cfg(feature = "desktop")]
 pub mod helm;
 pub mod input;
-#[cfg(feature = "desktop")]
 pub mod interrupt;
 #[cfg(feature = "desktop")]
 pub mod link;

@@ -15,6 +15,7 @@ pub mod report;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use cell::check::strikes;
 use cell::kernel::Frame;
 use cell::problem::Problem;
 use cell::{Names, Port};
@@ -73,7 +74,7 @@ pub fn read(
     program: Option<&Program>,
 ) -> Result<(Scene, Vec<Note>), Vec<Note>> {
     let text = crate::input::read_text(file).map_err(|note| vec![*note])?;
-    let known = Known { profile, program };
+    let known = Known { profile, program, axes: axes(profile) };
     let travel = |letter: char| {
         let axis = Axis::from_letter(letter)?;
         let own = profile.axis(axis)?;
@@ -122,7 +123,25 @@ fn up(axis: Axis, own: &AxisProfile) -> f64 {
     if axis == Axis::Z && own.home.direction == Direction::Negative { -1.0 } else { 1.0 }
 }
 
+/// Letters of the axes that a machine has.
+fn axes(profile: &Profile) -> String {
+    profile.axes().map(|(axis, _)| axis.letter()).collect()
+}
+
 impl Scene {
+    /// Whether each of these deviations strikes somebody in the cell, or an axis of the machine.
+    ///
+    /// # Errors
+    /// The first that does not, with the remedy.
+    pub fn strikes(
+        &self,
+        profile: &Profile,
+        deviations: &[cell::vary::Deviation],
+    ) -> Result<(), String> {
+        let axes = axes(profile);
+        deviations.iter().try_for_each(|one| strikes::deviation(&self.cell, &axes, one))
+    }
+
     /// The same with deviations: numbers are changed in the cell, faults strike during the run.
     #[must_use]
     pub fn deviating(&self, deviations: Vec<cell::vary::Deviation>) -> Self {
@@ -172,6 +191,7 @@ impl Scene {
 struct Known<'a> {
     profile: &'a Profile,
     program: Option<&'a Program>,
+    axes: String,
 }
 
 impl Known<'_> {
@@ -247,6 +267,6 @@ impl Names for Known<'_> {
         true
     }
     fn axes(&self) -> &str {
-        "XYZ"
+        &self.axes
     }
 }

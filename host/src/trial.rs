@@ -3,6 +3,7 @@
 pub mod budget;
 pub mod lines;
 pub mod pulses;
+mod statements;
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -401,6 +402,8 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
     let rows = plot.rows().into_iter().map(|row| json!([row.name, row.output, row.on, row.n]));
     let stopped = summary.stopped.map(StopReason::text);
     let room = part.room_for(loaded.compiled.keeps > 0);
+    let last = record.changes.last().filter(|_| record.truncated);
+    let told = record.changes.get(MOST_CHANGES).or(last).map(|change| change.us);
     json!({
         "number": number,
         "machine": machine(&loaded.program.profile, Some(&loaded.program)),
@@ -429,6 +432,9 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
         "vars": loaded.variables(),
         "changes": record.changes.iter().take(MOST_CHANGES)
             .map(|change| json!([change.us, change.cell, change.value])).collect::<Vec<_>>(),
+        // Times up to which all changes and all events are there; null: to the end.
+        "told_us": told,
+        "heard_us": events.get(MOST_EVENTS).map(|event| event.us),
         "failures": plot.outcome.failures,
         "notes": plot.outcome.unattended.notes(&loaded.program, |line| line),
         "truncated": record.truncated,
@@ -448,7 +454,7 @@ pub fn words() -> Value {
             })
         })
         .collect();
-    json!({ "words": kw, "functions": functions, "faults": faults })
+    json!({ "words": kw, "functions": functions, "faults": faults, "statements": statements::listed() })
 }
 
 #[cfg(test)]

@@ -126,6 +126,19 @@ fn a_job_longer_than_the_travel_is_told_so() {
     assert!(notes.iter().any(|note| note.contains("300.000 mm, it does not fit")), "{notes:?}");
 }
 
+/// A belt has no end that a travel could bound.
+#[test]
+fn a_belt_is_not_told_that_it_is_too_long() {
+    let belt = "MoveSpeed X, 50mm/s\nWait 20s\nStopAxe X\n";
+    let (code, _, summary) = sim("belt.bas", belt, &[]);
+    assert_eq!(code, 0);
+    assert!(notes(&summary).is_empty(), "{summary}");
+    // The other axis is none.
+    let (_, _, summary) = sim("both.bas", &format!("MoveAxe Y, 900mm\n{belt}"), &[]);
+    let notes = notes(&summary);
+    assert!(notes.len() == 1 && notes[0].contains("Y goes from"), "{notes:?}");
+}
+
 /// Where each homing found its switch, from power-up: what the axis travelled.
 #[test]
 fn the_switch_stands_beyond_what_was_reached_before() {

@@ -57,7 +57,7 @@ fn what_cannot_be_given_is_told_with_its_remedy_and_nothing_is_written() {
             &layer,
             &typing,
             &[],
-            "typing.toml:3:1: error[X034]: there is no key `stensil`\n  hint: `stencil`",
+            "typing.toml:3:1: error[X034]: there is no key `stensil` here\n  hint: `stencil` is",
         ),
         (&list, &needle, &[], "pads.csv:2:1: error[X035]: width is -1 mm"),
         (&layer, &needle, &["--at", "50.8,50.8=299,60"], "outside the travel"),

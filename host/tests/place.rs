@@ -56,6 +56,8 @@ fn a_board_of_60_parts_becomes_a_job_that_runs_alike_on_both_engines() {
     let (code, said) = pasapas(&args);
     assert_eq!(code, 0, "{said}");
     assert!(said.contains("60 parts, way ") && said.contains("FID3 is "), "{said}");
+    let angle = "the board lies turned by 0.6 degrees, and parts up to 0.6 degrees off their angle";
+    assert!(said.contains(angle), "{said}");
     let (code, said) = pasapas(&["check", &job]);
     assert_eq!(code, 0, "{said}");
     let (code, said) = pasapas(&["sim", &job, "--engine", "vm", "--part", "f5529"]);
@@ -86,8 +88,14 @@ fn what_cannot_be_placed_is_named_with_its_remedy_and_nothing_is_written() {
     for (from, to, more, words) in [
         ("R_0603*", "R_0805*", &[][..], "R0 (R_0603, 10k) has no feeder"),
         ("add = 270", "add = 0", &[], "is to lie at 90 degrees, its feeder gives 0"),
-        ("clearance", "clearence", &[], "unknown field `clearence`"),
+        ("clearance", "clearence", &[], "no key `clearence` here"),
         ("", "", &["--at", "FID1=0,0", "--at", "FID2=39,0"], "wrong point, or wrong unit?"),
+        (
+            "",
+            "",
+            &["--at", "FID1=100,50", "--at", "FID2=139.945,52.093"],
+            "the board lies turned by 3.0 degrees: lay it straight, within 2 degrees",
+        ),
         ("", "", &["--at", "FID9=0,0"], "no part is called FID9"),
         ("", "", &["--at", "FID1=280,0"], "outside the travel"),
         ("", "", &["--skip", "R1000"], "no part is called R1000"),

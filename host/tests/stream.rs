@@ -253,15 +253,21 @@ fn a_job_is_stored_in_pieces_where_that_is_asked_for() {
 /// On a board that cannot be fed Start would acknowledge the fault and begin nothing: the job waited for
 /// ever, and so did the first Ctrl-C.
 #[test]
-fn a_latched_fault_is_told_before_a_stored_job() {
-    let board = Board(common::Board::start(&["--part", "g2553"]));
-    let faulty = "DIM n\nPRINT 1\nn = 1 / n\nPRINT n\n";
+fn a_latched_fault_is_told_before_a_job() {
+    for part in ["g2553", "f5529"] {
+        told_before_a_job(part);
+    }
+}
+
+fn told_before_a_job(part: &str) {
+    let board = Board(common::Board::start(&["--part", part]));
+    let faulty = "PRINT 1\nWaitIn 5, ON, 50ms\nPRINT 2\n";
     let mut stream = board.stream(faulty, &["--any-profile"]);
     stream.hears("--from-line");
     assert_eq!(stream.end().0, 3);
     assert!(board.status().contains("\"state\":\"fault\""), "{}", board.status());
     let mut stream = board.stream("MoveRel X, 1mm\n", &["--any-profile"]);
-    stream.hears("is latched");
+    stream.hears("F13 is latched (");
     assert!(stream.told.contains("`pasapas start` acknowledges"), "{}", stream.told);
     assert_eq!(stream.end().0, 4);
     // It was told, not acknowledged.

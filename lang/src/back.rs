@@ -13,6 +13,7 @@ mod graph;
 pub mod ir;
 mod lower;
 mod opt;
+mod places;
 mod report;
 
 #[cfg(test)]

@@ -313,6 +313,30 @@ pub enum Unit {
     UmPerS2 = 6,
     /// `st/s2`
     StepsPerS2 = 7,
+    /// `mm`; from here on decimals ([`crate::show`]).
+    Mm = 8,
+    /// `in`
+    Inch = 9,
+    /// `s`
+    Second = 10,
+    /// `min`
+    Minute = 11,
+    /// `mm/s`
+    MmPerS = 12,
+    /// `mm/min`
+    MmPerMin = 13,
+    /// `in/min`
+    InchPerMin = 14,
+    /// `mm/s2`
+    MmPerS2 = 15,
+    /// `mdeg`, which is stored
+    MilliDeg = 16,
+    /// `deg`
+    Deg = 17,
+    /// `mV`, which is stored
+    MilliVolt = 18,
+    /// `V`
+    Volt = 19,
 }
 
 /// Built-in functions that look at the machine.
@@ -344,4 +368,6 @@ pub enum Read {
     TimedOut,
     /// `CHARIN()`: takes the last character received, 0 for none.
     CharIn,
+    /// `AIN(n)`: mV at an analog input, 1 to 4.
+    Analog(u8),
 }

@@ -136,6 +136,8 @@ pub struct Table {
     pub name: String,
     /// Columns; 1 for a plain list.
     pub columns: u32,
+    /// Their names in lower case, where the script names them.
+    pub names: Vec<String>,
     /// Kind of each column.
     pub kinds: Vec<Kind>,
     /// Row by row.

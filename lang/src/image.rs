@@ -382,6 +382,23 @@ impl<'a> Image<'a> {
         self.machine.first().is_some_and(|flags| flags & MachineRecord::COURSES != 0)
     }
 
+    /// Each instruction that only larger parts have ([`isa::EXTRA`]): its address and the feature that it wants.
+    pub fn extra(&self) -> impl Iterator<Item = (usize, u16)> + use<'a> {
+        const RESUME: u8 = isa::Op::Resume as u8;
+        let (code, wide) = (self.code, self.header.wide());
+        let mut pc = 0;
+        core::iter::from_fn(move || {
+            loop {
+                let (here, op) = (pc, *code.get(pc)?);
+                pc += 1 + isa::shape(op)?.operands().len(wide);
+                if (isa::EXTRA.0..=isa::EXTRA.1).contains(&op) {
+                    let wanted = if op == RESUME { feature::RETRY } else { feature::MATHS };
+                    return Some((here, wanted));
+                }
+            }
+        })
+    }
+
     /// The slow points of a course, whose record is at a data offset.
     pub fn course(&self, offset: usize) -> impl Iterator<Item = course::Entry> + use<'a> {
         course::entries(self.data.get(offset + 1..).unwrap_or_default())

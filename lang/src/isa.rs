@@ -17,13 +17,14 @@
 //! the reference manual's table all come from `isa/table.rs`.
 
 mod codes;
+mod fingerprint;
 pub mod flags;
 mod table;
 
 pub use codes::{first, last};
+pub use fingerprint::{EXTRA, FINGERPRINT};
 
 use crate::axis::AxisSet;
-use crate::wire::{CRC_START, crc16};
 
 /// What stands behind the first byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -419,33 +420,9 @@ pub enum Look {
     Timer = 8,
     /// `CHARIN`
     CharIn = 9,
+    /// `AIN`, its number less one in the place of the axis
+    Analog = 10,
 }
-
-const fn sum_over(mut sum: u16, bytes: &[u8]) -> u16 {
-    let mut i = 0;
-    while i < bytes.len() {
-        sum = crc16(sum, bytes[i]);
-        i += 1;
-    }
-    sum
-}
-
-const fn fingerprint() -> u16 {
-    let mut sum = CRC_START;
-    let mut r = 0;
-    while r < ROWS.len() {
-        let row = &ROWS[r];
-        let shape = Shape::of(row).0;
-        sum = sum_over(sum, &[row.code, row.count, shape as u8, (shape >> 8) as u8]);
-        sum = sum_over(sum, row.name.as_bytes());
-        sum = sum_over(sum, row.doc.as_bytes());
-        r += 1;
-    }
-    sum
-}
-
-/// CRC of the opcode table: an image runs only on a VM with the same one.
-pub const FINGERPRINT: u16 = fingerprint();
 
 impl Op {
     /// The instruction's row.

@@ -23,11 +23,15 @@ pub enum Kind {
     Accel,
     /// steps/s2
     StepAccel,
+    /// 1/1000 degree
+    Angle,
+    /// mV
+    Voltage,
 }
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Kind; 9] = [
+    pub const ALL: [Kind; 11] = [
         Kind::Number,
         Kind::Truth,
         Kind::Length,
@@ -37,6 +41,8 @@ impl Kind {
         Kind::StepRate,
         Kind::Accel,
         Kind::StepAccel,
+        Kind::Angle,
+        Kind::Voltage,
     ];
 
     /// The name, as `AS` takes it and diagnostics write it.
@@ -51,6 +57,8 @@ impl Kind {
             Kind::StepRate => "StepRate",
             Kind::Accel => "Accel",
             Kind::StepAccel => "StepAccel",
+            Kind::Angle => "Angle",
+            Kind::Voltage => "Voltage",
         }
     }
 
@@ -70,6 +78,8 @@ impl Kind {
             Kind::StepRate => Unit::StepsPerS,
             Kind::Accel => Unit::UmPerS2,
             Kind::StepAccel => Unit::StepsPerS2,
+            Kind::Angle => Unit::MilliDeg,
+            Kind::Voltage => Unit::MilliVolt,
         }
     }
 }
@@ -77,21 +87,5 @@ impl Kind {
 impl core::fmt::Display for Kind {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(self.name())
-    }
-}
-
-impl Unit {
-    /// The suffix, empty for [`Unit::None`].
-    pub const fn suffix(self) -> &'static str {
-        match self {
-            Unit::None => "",
-            Unit::Um => "um",
-            Unit::Steps => "st",
-            Unit::Ms => "ms",
-            Unit::UmPerS => "um/s",
-            Unit::StepsPerS => "st/s",
-            Unit::UmPerS2 => "um/s2",
-            Unit::StepsPerS2 => "st/s2",
-        }
     }
 }

@@ -27,6 +27,9 @@ pub mod plain;
 #[cfg(feature = "compiler")]
 pub mod profile;
 pub mod record;
+#[cfg(feature = "compiler")]
+pub mod show;
+pub mod trig;
 pub mod verify;
 pub mod vm;
 pub mod wire;

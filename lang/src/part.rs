@@ -76,12 +76,14 @@ pub struct Signals {
     pub setup_us: u8,
     /// STEP is active when low.
     pub step_low: bool,
+    /// There are analog inputs.
+    pub analog: bool,
 }
 
 impl From<u8> for Signals {
     /// Pulses of this width, us, and nothing else that a part could lack.
     fn from(pulse_us: u8) -> Signals {
-        Signals { pulse_us, setup_us: 1, step_low: false }
+        Signals { pulse_us, setup_us: 1, step_low: false, analog: false }
     }
 }
 
@@ -89,7 +91,8 @@ impl From<u8> for Signals {
 impl From<&crate::profile::Profile> for Signals {
     fn from(profile: &crate::profile::Profile) -> Signals {
         let (pulse_us, setup_us) = (profile.pulse_us, profile.dir_setup_us);
-        Signals { pulse_us, setup_us, step_low: profile.step_invert }
+        let analog = !profile.analogs.is_empty();
+        Signals { pulse_us, setup_us, step_low: profile.step_invert, analog }
     }
 }
 
@@ -273,7 +276,11 @@ impl Part {
         let runs = runs.then_some(library);
         let courses = image.has_courses() && self.lacks_feature(feature::COURSE);
         let courses = courses.then_some(Lack::Feature(feature::COURSE));
+        let extra = image.extra().fold(0, |all, (_, feature)| all | feature) & !self.features;
+        let extra =
+            [feature::RETRY, feature::MATHS].into_iter().filter(move |bit| extra & bit != 0);
         self.header_lacks(&image.header, image.events())
+            .chain(extra.map(Lack::Feature))
             .chain(runs)
             .chain(courses)
             .chain(rate)
@@ -291,7 +298,9 @@ impl Part {
             (MachineRecord::turning_rate(machine), turning_rate(signals.setup_us));
         let setup = Lack::Setup { wanted: signals.setup_us, rate, possible };
         let setup = (rate > possible && !self.shapes_steps).then_some(setup);
-        low.into_iter().chain(setup)
+        let analog = signals.analog && self.lacks_feature(feature::ANALOG);
+        let analog = analog.then_some(Lack::Feature(feature::ANALOG));
+        low.into_iter().chain(setup).chain(analog)
     }
 
     /// Those that the header tells of, for so many ON lines.
@@ -360,6 +369,9 @@ impl core::fmt::Display for Lack {
             Lack::Feature(feature::STREAM) => "jobs larger than its memory (stream)",
             Lack::Feature(feature::LIBRARY) => "a library of programs (RUN)",
             Lack::Feature(feature::POWER) => "a laser's power (S); M3 and M5 alone switch it",
+            Lack::Feature(feature::RETRY) => "RESUME, which runs the failed statement again",
+            Lack::Feature(feature::MATHS) => "SIN, COS, ATAN2 and SCALE",
+            Lack::Feature(feature::ANALOG) => "analog inputs ([[analog]] in the profile)",
             Lack::Feature(feature::LINES) => "error handlers (ON ERROR)",
             Lack::Feature(_) => "more than 32 KB of program",
         };

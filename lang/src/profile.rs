@@ -4,12 +4,16 @@
 //! device needs of it travels in two records: the axes' part in each program image, the board's
 //! part by `pasapas profile set`.
 
+mod analog;
 mod check;
 mod ports;
 mod pwm;
 
 use serde::{Deserialize, Serialize};
 
+pub use self::analog::{
+    ANALOGS, Analog, FILTERS_MS, FIRST_THRESHOLD, HIGHEST_MV, LAST_THRESHOLD, Threshold,
+};
 pub use self::ports::{Input, InputRole, Output, OutputRole, SafeState, Wiring};
 pub use self::pwm::{Pwm, PwmKind};
 use crate::axis::Axis;
@@ -76,6 +80,12 @@ pub struct Profile {
     /// Outputs likewise.
     #[serde(default, rename = "output")]
     pub outputs: Vec<Output>,
+    /// Analog inputs, of parts that have some.
+    #[serde(default, rename = "analog", skip_serializing_if = "Vec::is_empty")]
+    pub analogs: Vec<Analog>,
+    /// Inputs made of analog ones.
+    #[serde(default, rename = "threshold", skip_serializing_if = "Vec::is_empty")]
+    pub thresholds: Vec<Threshold>,
 }
 
 /// An axis letter in a file.
@@ -242,11 +252,12 @@ fn default_setup() -> u8 {
 }
 
 /// Names and texts of the built-in profiles.
-pub const BUILT_IN: [(&str, &str); 4] = [
+pub const BUILT_IN: [(&str, &str); 5] = [
     ("mill", include_str!("../../examples/profiles/mill.toml")),
     ("charly", include_str!("../../examples/profiles/charly.toml")),
     ("thesis", include_str!("../../examples/profiles/thesis.toml")),
     ("laser", include_str!("../../examples/profiles/laser.toml")),
+    ("picker", include_str!("../../examples/profiles/picker.toml")),
 ];
 
 /// Name of the profile that holds without any other word.

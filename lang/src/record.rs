@@ -39,6 +39,13 @@ pub mod feature {
     /// Lines run through their corners by slow points that the host has computed ([`course`](crate::image::course)); no
     /// image's header has it: those with [`MachineRecord::COURSES`](super::MachineRecord::COURSES) want it.
     pub const COURSE: u16 = 1 << 10;
+    /// RESUME alone; no image's header has it: those with the instruction want it.
+    pub const RETRY: u16 = 1 << 11;
+    /// SIN, COS, ATAN2, SCALE; no image's header has it: those with the instructions want it.
+    pub const MATHS: u16 = 1 << 12;
+    /// Analog inputs; no image's header has it: AIN needs a
+    /// profile with analog inputs, and that wants it.
+    pub const ANALOG: u16 = 1 << 13;
 }
 
 /// One axis in an image.
@@ -275,10 +282,46 @@ pub struct MoreRecord {
     pub rs485_address: u8,
     /// Its rate and parity, as [`BoardRecord::rate`].
     pub rs485_rate: u8,
-    /// Zero.
-    pub reserved: [u16; 8],
+    /// Inputs that analog ones make, from 18 on; and what is known of the analog inputs.
+    pub thresholds: [ThresholdRecord; 4],
     /// CRC of the 30 bytes before.
     pub crc: u16,
+}
+
+/// Two levels of an analog input, and beside them what is known of the analog input of this number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
+pub struct ThresholdRecord {
+    /// Bits 0..11: the input goes on at this voltage, mV. Bits 12..14: number of the analog input, 0 where there is no
+    /// threshold. Bit 15 says nothing.
+    pub on: u16,
+    /// Bits 0..11: it goes off at this voltage, mV. Bit 15: the analog input of this place is used; bits 12..14 its filter:
+    /// 2 to this power in ms.
+    pub off: u16,
+}
+
+impl ThresholdRecord {
+    /// Of a word: the voltage.
+    pub const LEVEL: u16 = 0xFFF;
+    /// Shift of what stands above the voltage.
+    pub const ABOVE: u16 = 12;
+    /// The three bits above the voltage.
+    pub const SMALL: u16 = 7;
+    /// [`ThresholdRecord::off`]: the analog input is used.
+    pub const USED: u16 = 1 << 15;
+    /// [`ThresholdRecord::on`]: set where the record's CRC would else be 0.
+    #[cfg(feature = "compiler")]
+    pub const SPARE: u16 = 1 << 15;
+
+    /// Number of the analog input that the threshold looks at, from 1; 0 where there is no threshold.
+    pub const fn analog(self) -> u16 {
+        self.on >> ThresholdRecord::ABOVE & ThresholdRecord::SMALL
+    }
+
+    /// Filter of the analog input of this place: 2 to this power in ms.
+    pub const fn filter(self) -> u16 {
+        self.off >> ThresholdRecord::ABOVE & ThresholdRecord::SMALL
+    }
 }
 
 impl MoreRecord {
@@ -301,7 +344,7 @@ impl MoreRecord {
         pwm_kind: 0,
         rs485_address: 0,
         rs485_rate: 0,
-        reserved: [0; 8],
+        thresholds: [ThresholdRecord { on: 0, off: 0 }; 4],
         crc: 0,
     };
 }
@@ -315,6 +358,9 @@ impl BoardRecord {
     pub const AUTORUN: u16 = 1 << 1;
     /// [`BoardRecord::flags`]: STEP is active when low.
     pub const STEP_LOW: u16 = 1 << 2;
+    /// [`BoardRecord::flags`]: nobody has said yet how the board is wired, so it drives no output and reads no input of the
+    /// machine. Of [`BoardRecord::UNKNOWN`] and of no profile.
+    pub const UNWIRED: u16 = 1 << 3;
     /// [`BoardRecord::end_of_stops`]: no number of an input, bit 7 set.
     pub const END_OF_STOPS: u8 = 0xFF;
     /// Bytes of the record, without `more`.
@@ -357,6 +403,14 @@ impl BoardRecord {
         more_crc: 0,
         crc: 0,
         more: MoreRecord::NONE,
+    };
+
+    /// The same where the board also waits to be told its wiring: what is the latch of one wiring is an output of the other.
+    pub const UNKNOWN: BoardRecord = BoardRecord {
+        flags: BoardRecord::CHAIN | BoardRecord::UNWIRED,
+        reference: [0; 3],
+        probe: 0,
+        ..BoardRecord::DEFAULT
     };
 
     /// What the board knows besides, as far as the record says that it is there.

@@ -161,7 +161,7 @@ impl Verifier<'_, '_> {
         if image.header.has(feature::LINES) {
             let mut end = 0;
             for place in image.statements().ok_or(Flaw::Layout)? {
-                self.check_target(place.start, 0)?;
+                self.check_target(place.entry, 0)?;
                 self.check_target(place.resume, 0)?;
                 end = place.end;
                 if end >= image.code.len() {

@@ -17,6 +17,7 @@ use crate::effect::Effect;
 use crate::fault::Fault;
 use crate::image::{self, Header, Image};
 use crate::isa::{self, Class, Op};
+use crate::trig;
 
 /// Why the VM came back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -306,7 +307,7 @@ impl<'a, 'm> Vm<'a, 'm> {
                 self.push(top)?;
                 self.push(below)?;
             }
-            Op::Neg | Op::Abs | Op::Sqr => {
+            Op::Neg | Op::Abs | Op::Sqr | Op::Sin | Op::Cos => {
                 let value = self.pop()?;
                 self.push(math::unary(op, value)?)?;
             }
@@ -348,7 +349,8 @@ impl<'a, 'm> Vm<'a, 'm> {
             | Op::ExitSub
             | Op::Give
             | Op::Leave
-            | Op::ResumeNext => return self.transfer(op, pc, next),
+            | Op::ResumeNext
+            | Op::Resume => return self.transfer(op, pc, next),
             Op::OnError => self.state.handler = self.address(pc + 1)?,
             Op::OnErrorStop => self.state.handler = NO_HANDLER,
             Op::Err => self.push(i32::from(self.state.fault))?,
@@ -358,6 +360,10 @@ impl<'a, 'm> Vm<'a, 'm> {
                 let row = self.pop()?;
                 let column = self.image.column(offset).ok_or(BROKEN)?;
                 self.push(column.get(row).ok_or(Fault::ArrayIndex)?)?;
+            }
+            Op::MulDiv => {
+                let (over, times, value) = (self.pop()?, self.pop()?, self.pop()?);
+                self.push(trig::mul_div(value, times, over, trig::wide)?)?;
             }
             Op::Check => {
                 let index = self.pop()?;

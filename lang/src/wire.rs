@@ -262,6 +262,10 @@ pub const TRACE_LENGTH: u16 = 5;
 
 /// Registers of an event in the queue.
 pub const TRACE_QUEUE_LENGTH: u16 = TRACE_LENGTH + 6;
+/// [`BLOCKING_INPUT`] of an MSP430F5529 that no profile has told how it is wired: it drives no pin of the machine, reads
+/// none, and starts and moves nothing.
+pub const UNWIRED: u16 = 255;
+
 /// [`TRACE_MODE`] with a queue.
 pub const TRACE_QUEUED: u16 = 2;
 

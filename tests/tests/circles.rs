@@ -14,7 +14,7 @@ type Graph = BTreeMap<Vec<String>, BTreeSet<Vec<String>>>;
 
 /// Largest circle of each crate, in files.
 const CRATES: [(&str, usize); 15] = [
-    ("lang/src", 15),
+    ("lang/src", 16),
     ("firmware/src", 10),
     ("firmware/f5529", 3),
     ("firmware/g2553", 1),

@@ -9,9 +9,10 @@ use lang::part::G2553;
 use lang::profile::{BUILT_IN, Profile};
 use lang::wire::{Control, FAULT, RUN_STATE, RunState};
 use pasapas::board::{BUILDS, F5529};
+use pasapas::sim::record::StopReason;
 use pasapas::sim::trace::{Event, What};
 use pasapas::sim::world::World;
-use pasapas::sim::{Engine, Options, Outcome, run_traced};
+use pasapas::sim::{Engine, Options, Outcome, Rules, run_traced};
 use pasapas::torture::stand::Stand;
 
 const HOUR_US: u64 = 3_600_000_000;
@@ -47,6 +48,37 @@ fn prints(
         _ => None,
     };
     (events.iter().filter_map(text).collect(), outcome)
+}
+
+/// A loop that only computes, prints or moves ends soon after its user wants that, whatever time it simulates.
+#[test]
+fn a_loop_without_an_end_is_ended_by_its_user() {
+    for body in [
+        "n = n + 1",
+        "PRINT n",
+        "Wait 10min",
+        "MoveAxe X, 200mm\n MoveAxe X, 0mm",
+        "G1 X9 F600\n G1 X0",
+    ] {
+        let program = on(&format!("DIM n\nDO\n {body}\nLOOP\n"), &mill());
+        for engine in [Engine::Rhai, Engine::Vm] {
+            for rules in [Rules::Model, Rules::Firmware] {
+                let options = Options {
+                    limit_us: 60 * 24 * HOUR_US,
+                    rules,
+                    interrupted: || true,
+                    ..Options::default()
+                };
+                let (outcome, _) =
+                    run_traced(&program, engine, &World::empty(), &options).expect("it runs");
+                let summary = &outcome.summary;
+                let at =
+                    format!("{body}, {engine:?}, {rules:?}: {} statements", summary.statements);
+                assert_eq!(summary.stopped, Some(StopReason::Interrupted), "{at}");
+                assert!(summary.statements < 20_000, "{at}");
+            }
+        }
+    }
 }
 
 /// Sixty days, hour by hour: TIMER comes round after 12.4 days and each 24.8 days from there; what is counted from it

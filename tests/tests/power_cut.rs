@@ -4,6 +4,7 @@
 use emulator::{Board, Config, Stop};
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
+use lang::record::BoardRecord;
 use lang::wire::{
     CRC_START, Control, KEEPS, PROGRAM_CRC, PROGRAM_LENGTH, RUN_CONTROL, RUN_STATE, RunState,
     UPLOAD_CONTROL, UPLOAD_LENGTH, Upload, crc16, upload_window,
@@ -29,6 +30,9 @@ impl Rig {
     fn with_config(config: Config) -> Rig {
         let image = DEFAULT.image().expect("the shipped image");
         let mut rig = Rig(Board::with_config(&config, &image));
+        // It is told its wiring: before that it has no outputs.
+        let record = BoardRecord::DEFAULT.sealed().to_bytes();
+        (DEFAULT.part.profiles[0]..).zip(record).for_each(|(at, byte)| rig.0.poke8(at, byte));
         rig.0.run_us(BOOT_US);
         rig
     }

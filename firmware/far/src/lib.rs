@@ -8,7 +8,7 @@
 //! - A *far* function is one that a compiler made: it is left by `RETA`, and every `CALL` of it, in
 //!   assembly, too, becomes `CALLA`. Arguments on the stack lie two bytes further then.
 //! - All but those that [`Near`] names go to sections `.high.*` instead of `.text.*`, which the linker
-//!   script puts to addresses from 10000 to 1FFFF.
+//!   script puts to addresses from 10000 to 1FFFF; when these are taken, to `.more.*`, from 20000 on.
 //! - Assembly is left as it is, below 64 KB and by `CALL` and `RET`. Far functions up there call the
 //!   routine `x` through the gate `gate.x`, which the assembly must have: `call #x` and `RETA`.
 //!
@@ -25,12 +25,13 @@ use object::read::elf::{FileHeader, SectionHeader, SectionTable, Sym, SymbolTabl
 use object::{LittleEndian as Le, SectionIndex, SymbolIndex};
 use std::collections::BTreeMap;
 
-/// Bits 19:16 of the addresses of code above 64 KB.
-const HIGH: u16 = 1;
-/// What the sections of compiled functions are called, and what they are called from here on if they
-/// go up: as long as that.
+/// What the sections of compiled functions are called, and what they are called from here on by the bits 19:16 of their
+/// addresses: each as long as that.
 const TEXT: &str = ".text.";
-const UP: &str = ".high.";
+const BANKS: [&str; 3] = [TEXT, ".high.", ".more."];
+/// Bytes of functions that go to bits 1: 64 KB but for what aligns them. The linker drops those that nobody calls, so
+/// the bank is never overfull.
+const FULL: usize = 0xFE00;
 /// Before the name of a routine in that of its gate.
 const GATE: &str = "gate.";
 
@@ -67,7 +68,8 @@ impl Near {
 #[derive(Clone, Debug)]
 struct Function {
     name: String,
-    high: bool,
+    /// Bits 19:16 of its address.
+    bank: u16,
 }
 
 /// An object file as `rustc` gives it to the linker, with its functions made far.
@@ -84,6 +86,7 @@ pub fn rewrite(object: &[u8], near: &Near) -> Result<Vec<u8>, String> {
     let strings = header.section_strings_index(Le, object).map_err(damaged)?;
     let strings = file.sections.section(strings).map_err(damaged)?.sh_offset(Le) as usize;
     let mut handlers = Vec::new();
+    let mut taken = 0;
     for (index, function) in &mut functions {
         let section = file.sections.section(SectionIndex(*index)).map_err(damaged)?;
         let mut words = words(section.data(Le, object).map_err(damaged)?);
@@ -93,10 +96,12 @@ pub fn rewrite(object: &[u8], near: &Near) -> Result<Vec<u8>, String> {
         }
         put(&mut out, section.sh_offset(Le) as usize, &words);
         let label = file.sections.section_name(Le, section).map_err(damaged)?;
-        function.high = label.starts_with(TEXT.as_bytes()) && !near.has(&function.name);
-        if function.high {
+        if label.starts_with(TEXT.as_bytes()) && !near.has(&function.name) {
+            taken += 2 * words.len();
+            function.bank = if taken <= FULL { 1 } else { 2 };
+            let name = BANKS[usize::from(function.bank)];
             let at = strings + section.sh_name(Le) as usize;
-            out[at..at + UP.len()].copy_from_slice(UP.as_bytes());
+            out[at..at + name.len()].copy_from_slice(name.as_bytes());
         }
     }
     functions.retain(|index, _| !handlers.contains(index));
@@ -143,7 +148,7 @@ impl File<'_> {
     fn functions(&self) -> Result<BTreeMap<usize, Function>, String> {
         let mut functions = BTreeMap::new();
         for symbol in self.symbols.iter().filter(|symbol| symbol.st_type() == STT_FUNC) {
-            let function = Function { name: self.name(symbol)?, high: false };
+            let function = Function { name: self.name(symbol)?, bank: 0 };
             let name = function.name.clone();
             let home = usize::from(symbol.st_shndx(Le).0);
             if symbol.st_value(Le) != 0 || functions.insert(home, function).is_some() {
@@ -169,7 +174,7 @@ impl File<'_> {
             let from = section.sh_info(Le) as usize;
             let owner = self.sections.section(SectionIndex(from)).map_err(damaged)?;
             let has = |flag: SectionFlags| owner.sh_flags(Le).0 & flag.0 != 0;
-            let caller_is_high = functions.get(&from).is_some_and(|caller| caller.high);
+            let caller_is_high = functions.get(&from).is_some_and(|caller| caller.bank != 0);
             let list = section.data_as_array::<Rela32<Le>, _>(Le, self.object).map_err(damaged)?;
             for (n, own) in list.iter().enumerate() {
                 let entry = section.sh_offset(Le) as usize + n * size_of::<Rela32<Le>>();
@@ -188,8 +193,8 @@ impl File<'_> {
                 let before = owner.sh_offset(Le) as usize + at.saturating_sub(2);
                 let word = instruction.then(|| word(out, before));
                 let turned = match (callee, word) {
-                    (Some(callee), Some(CALL)) => calla(high(callee)),
-                    (Some(callee), Some(BR)) => bra(high(callee)),
+                    (Some(callee), Some(CALL)) => calla(callee.bank),
+                    (Some(callee), Some(BR)) => bra(callee.bank),
                     (Some(callee), _) if has(SHF_ALLOC) => {
                         return Err(format!(
                             "the address of {} is taken at {}",
@@ -212,20 +217,16 @@ impl File<'_> {
                     _ => continue,
                 };
                 out[before..before + 2].copy_from_slice(&turned.to_le_bytes());
-                if callee.is_some_and(|callee| callee.high) {
+                let bank = callee.map_or(0, |callee| callee.bank);
+                if bank != 0 {
                     // A relocation of 16 bits: the linker must not see more.
-                    let addend = own.r_addend.get(Le) - 0x1_0000;
+                    let addend = own.r_addend.get(Le) - (i32::from(bank) << 16);
                     out[entry + 8..entry + 12].copy_from_slice(&addend.to_le_bytes());
                 }
             }
         }
         Ok(())
     }
-}
-
-/// Bits 19:16 of a function's address.
-fn high(function: &Function) -> u16 {
-    if function.high { HIGH } else { 0 }
 }
 
 fn words(bytes: &[u8]) -> Vec<u16> {

@@ -127,6 +127,24 @@ fn functions_go_up_and_find_each_other_and_assembly() {
     assert_eq!(made.words(".text.helper"), [RET]);
 }
 
+/// The first 64 KB above are for those that come first; what does not fit goes on at 20000.
+#[test]
+fn functions_beyond_the_first_bank_go_to_the_second() {
+    let mut file = File::new();
+    // 40 KB of NOP each.
+    let long = [vec![0x4303; 20_000], vec![RET]].concat();
+    let first = file.function("first", &long);
+    let second = file.function("second", &long);
+    let caller = file.function("caller", &[CALL, 0, CALL, 0, RET]);
+    file.refers(caller, 2, first.1);
+    file.refers(caller, 6, second.1);
+    let made = file.made("").expect("far");
+    assert_eq!(made.words(".high.first").len(), 20_001);
+    assert_eq!(made.words(".more.caller"), [0x13B1, 0, 0x13B2, 0, RETA]);
+    let wanted = [("first".to_owned(), -0x1_0000), ("second".to_owned(), -0x2_0000)];
+    assert_eq!(made.relocations(".more.caller"), wanted);
+}
+
 #[test]
 fn near_functions_stay_and_are_called_by_everybody_in_the_same_way() {
     let made = caller_and_callee(false).made("# why\n\ncaller\n");

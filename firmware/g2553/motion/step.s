@@ -3,8 +3,8 @@
    Timer1_A runs freely at 16 MHz and its three outputs are the STEP pins. When an event is due the
    hardware raises the pins that were armed for it and the interrupt begins: it schedules the next
    event, drops the pins, looks at the watched inputs and arms the axes that step next. Latency is
-   therefore no jitter as long as the next event is armed in time; a late one is counted and
-   postponed, never lost. Each axis adds its increment to an accumulator and steps on the carry.
+   therefore no jitter as long as the next event is armed in time; a late one is postponed, never
+   lost, and not counted: no word of RAM is left for it. Each axis adds its increment to an accumulator and steps on the carry.
 
    A pulse longer than the interrupt takes (WIDTH, profiles above 3 us) needs a second interrupt: the
    first one lets the hardware drop the pins WIDTH ticks after the edge.
@@ -50,10 +50,11 @@ step_schedule:
     addc SLOT0+INTERVAL+2(r15), &TA1CCR0
     add SLOT0+CHANGE(r15), SLOT0+INTERVAL(r15)
     addc SLOT0+CHANGE+2(r15), SLOT0+INTERVAL+2(r15)
+    /* X's pin first: it is armed again 42 cycles later, and may rise at once when that is due by then */
+    mov #CCIE, &TA1CCTL0
     tst.b &WATCH
     jne step_watch
 step_arm:
-    mov #CCIE, &TA1CCTL0
     clr &TA1CCTL1
     clr &TA1CCTL2
     bit SLOT0+MASK(r15), SLOT0+EVENTS(r15)
@@ -167,7 +168,7 @@ PORT1:
 step_init:
     mov &BOARD, r12
     mov.b B_PULSE(r12), r12
-    /* a short pulse lasts until the interrupt drops it, 54 cycles (3.4 us) at least */
+    /* a short pulse lasts until the interrupt drops it, 48 cycles (3 us) at least */
     cmp #4, r12
     jlo 1f
     /* us in ticks */

@@ -55,6 +55,13 @@ vm_leave:
 vm_onerror:
 vm_onerrorstop:
 vm_resumenext:
+    .if CORE_MATHS
+vm_resume:
+vm_sin:
+vm_cos:
+vm_atan2:
+vm_muldiv:
+    .endif
     rra r12
     jmp vm_exit
 

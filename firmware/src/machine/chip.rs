@@ -169,6 +169,12 @@ pub trait Pins {
     fn probe(&self) -> bool;
     /// Buttons: bit 0 Stop, bit 1 Start.
     fn buttons(&self) -> u16;
+    /// The sum of four conversions of analog input `n`, from 0, in the last millisecond ([`crate::analog`]).
+    fn analog(&self, n: u8) -> u16;
+    /// Begins the next four conversions of each analog input.
+    fn convert_analog(&self);
+    /// Gives analog inputs their pins: bit n for input n, from 0.
+    fn open_analog(&self, inputs: u8);
     /// Levels that the outputs get if an emergency stop comes while flash is busy.
     fn remember_stop(&self, outputs: u16);
 

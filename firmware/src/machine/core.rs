@@ -281,6 +281,11 @@ fn execute<C: Chip>(vm: &mut Vm<C>) -> Result<u16, Stop> {
         | Op::OnError
         | Op::OnErrorStop
         | Op::ResumeNext
+        | Op::Resume
+        | Op::Sin
+        | Op::Cos
+        | Op::Atan2
+        | Op::MulDiv
         | Op::Course => {
             vm.pc = pc.wrapping_add(1);
             return Err(Stop::Exit(code.into()));

@@ -7,6 +7,7 @@ mod leaves;
 mod looks;
 mod print;
 
+use crate::analog::LAST_THRESHOLD;
 use crate::machine::chip::Chip;
 use crate::machine::controller::{Controller, END, Event, PENDING};
 use crate::machine::motor::AXES;
@@ -58,6 +59,9 @@ impl<C: Chip> Controller<C> {
             && !self.motor.path_rests()
         {
             return Ok(false);
+        }
+        if code == first::Read && self.look_at_analog() {
+            return Ok(true);
         }
         if let Some(progress) = moves(self, code) {
             return progress;
@@ -130,7 +134,8 @@ impl<C: Chip> Controller<C> {
                 self.program.events[slot] = Event { kind: 3, n: 1, period: value, left: value };
             }
             flags::ON_RISE | flags::ON_FALL => {
-                if !(1..=17).contains(&value) {
+                if !(1..=i32::from(LAST_THRESHOLD)).contains(&value) || !self.has_input(value as u8)
+                {
                     return Err(Fault::ValueRange);
                 }
                 let kind = if kind == flags::ON_RISE { 1 } else { 2 };

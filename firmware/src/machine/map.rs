@@ -1,6 +1,7 @@
 //! The registers and bits of the link (`lang::wire`).
 
 use crate::RELEASE;
+use crate::analog::ANALOGS as ANALOGS_OF;
 use crate::machine::chip::Chip;
 use crate::machine::controller::Controller;
 use crate::machine::controller::trace;
@@ -31,6 +32,7 @@ const TARGET_SPEEDS_END: u16 = TARGET_SPEEDS + 6;
 const UPLOAD_NAME_END: u16 = UPLOAD_NAME + NAME as u16;
 const MEASURED_END: u16 = MEASURED + 6;
 const KEEPS_END: u16 = KEEPS + 16;
+const ANALOGS_USED: u16 = ANALOGS + ANALOGS_OF as u16;
 
 impl<C: Chip> Controller<C> {
     fn axis_value(&mut self, address: u16, first: u16, of: fn(&Controller<C>, u8) -> i32) -> u16 {
@@ -166,7 +168,7 @@ impl<C: Chip> Controller<C> {
     fn status(&mut self, address: u16) -> u16 {
         match address {
             INPUTS => self.io.inputs.levels(),
-            INPUTS_HIGH => status::probe_input(self),
+            INPUTS_HIGH => status::probe_input(self) | u16::from(self.io.analog.on) << 1,
             MOVING => {
                 let direction = !self.motor.negative & 0b111;
                 u16::from_le_bytes([self.motor.moving(), direction])
@@ -194,6 +196,7 @@ impl<C: Chip> Controller<C> {
                     controller.motor.wanted_velocity(n)
                 })
             }
+            ANALOGS..ANALOGS_USED => self.millivolts((address - ANALOGS) as u8),
             COMMAND_ROOM => status::command_room(self),
             CNC_STATE => status::cnc_state(self),
             CNC_ALARM if self.session.is(RunState::Fault) => {
@@ -413,8 +416,7 @@ impl<C: Chip> Map for Controller<C> {
                 Ok(())
             }
             OUTPUTS => {
-                let wired = if self.chained() { 0xFFFF } else { 0b11 };
-                if value & !wired != 0 {
+                if value & !self.all_outputs() != 0 {
                     return Err(Exception::IllegalValue);
                 }
                 self.io.outputs = value;

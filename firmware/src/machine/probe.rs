@@ -15,6 +15,7 @@ impl<C: Chip> Controller<C> {
         if self.input(17) {
             inputs |= 1 << 16;
         }
+        inputs |= u32::from(self.io.analog.on) << 17;
         self.seek.probes(inputs)
     }
 

@@ -9,6 +9,7 @@ use lang::fault::Fault;
 use lang::image::{HEADER, at, cells};
 use lang::isa::first;
 use lang::record::{MachineRecord, feature};
+use lang::trig;
 use lang::vm::{entry, flag};
 
 /// What the core returns when its slice is used up.
@@ -213,6 +214,11 @@ impl<C: Chip> Vm<C> {
         self.byte(self.pc - 1)
     }
 
+    /// The next operand byte, which stays the next.
+    pub fn next_operand(&self) -> u8 {
+        self.byte(self.pc)
+    }
+
     /// The next operand word.
     pub fn operand_word(&mut self) -> u16 {
         let low = self.operand();
@@ -293,7 +299,8 @@ impl<C: Chip> Vm<C> {
         at = self.data + self.at(at).word(0);
         let mut next = self.code;
         while next <= pc {
-            place.start = next;
+            let start = next;
+            let mut continues = false;
             let head = self.byte(at);
             at += 1;
             let mut len = head & 31;
@@ -309,10 +316,15 @@ impl<C: Chip> Vm<C> {
                     at += 2;
                 }
                 2 => {
-                    place.line += u16::from(self.byte(at));
+                    let more = self.byte(at);
+                    continues = more == 0;
+                    place.line += u16::from(more);
                     at += 1;
                 }
                 _ => place.line += u16::from(len),
+            }
+            if !continues {
+                place.start = start;
             }
             place.resume = next;
             if head & 32 != 0 {
@@ -340,7 +352,18 @@ impl<C: Chip> Vm<C> {
             }
             first::OnError => self.handler = self.code + self.operand_word(),
             first::OnErrorStop => self.handler = 0,
-            first::ResumeNext => return self.resume_next(),
+            first::ResumeNext => return self.resume(false),
+            first::Resume => return self.resume(true),
+            first::Sin => self.top = trig::sin(self.top, C::mul_div),
+            first::Cos => self.top = trig::cos(self.top, C::mul_div),
+            first::Atan2 => {
+                let x = self.pop();
+                self.top = trig::atan2(self.top, x, C::mul_div);
+            }
+            first::MulDiv => {
+                let [over, times] = [self.pop(), self.pop()];
+                self.top = trig::mul_div(self.top, times, over, C::mul_div)?;
+            }
             first::Err => self.push(i32::from(self.fault)),
             first::Erl => {
                 let line = if self.fault == 0 { 0 } else { self.line(self.fault_pc) };
@@ -373,7 +396,8 @@ impl<C: Chip> Vm<C> {
         (self.chip.word(newest), (self.chip.word(newest + 2) >> 12) as u8)
     }
 
-    fn resume_next(&mut self) -> Result<bool, Fault> {
+    /// RESUME NEXT, or with `again` RESUME.
+    fn resume(&mut self, again: bool) -> Result<bool, Fault> {
         if self.is_piece {
             let open = self.flags & (flag::EVENT | flag::ERROR);
             // No event comes in an error handler, so that is the newer one.
@@ -388,7 +412,10 @@ impl<C: Chip> Vm<C> {
             self.calls -= Self::CALL;
             let address = self.code + address;
             match kind {
-                entry::ERROR => self.pc = self.statement(address).resume,
+                entry::ERROR => {
+                    let Place { start, resume, .. } = self.statement(address);
+                    self.pc = if again { start } else { resume };
+                }
                 entry::ERROR_BETWEEN => self.pc = address,
                 entry::FUNC.. => {
                     self.base += 4 * u16::from(kind & 7);

@@ -12,6 +12,7 @@ use super::math::{fraction, high, largest, mul_div, signed, size};
 use super::scaled::Scaled;
 use lang::fault::Fault;
 use lang::record::AxisRecord;
+use lang::trig::angle;
 
 /// An arc in machine coordinates, centre known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -220,49 +221,6 @@ impl Arc {
         let (x, y) = (unit(v[0]), unit(v[1]));
         if self.clockwise { [y, -x] } else { [-y, x] }
     }
-}
-
-/// Angle of a vector, 2^32 to a turn, to 1 part in 2^28: CORDIC, vectoring.
-fn angle(v: [i32; 2]) -> u32 {
-    // atan(2^-i) / 2 pi * 2^32; from the last one on each is half the one before.
-    const ATAN: [u32; 13] = [
-        0x2000_0000,
-        0x12E4_051E,
-        0x09FB_385B,
-        0x0511_11D4,
-        0x028B_0D43,
-        0x0145_D7E1,
-        0x00A2_F61E,
-        0x0051_7C55,
-        0x0028_BE53,
-        0x0014_5F2F,
-        0x000A_2F98,
-        0x0005_17CC,
-        0x0002_8BE6,
-    ];
-    let [mut x, mut y] = v;
-    let mut sum = 0u32;
-    if x < 0 {
-        (x, y) = (-x, -y);
-        sum = 1 << 31;
-    }
-    while (size(x) | size(y)) >> 28 == 0 {
-        if x == 0 && y == 0 {
-            return 0;
-        }
-        (x, y) = (x << 1, y << 1);
-    }
-    for i in 0..28usize {
-        let step = ATAN.get(i).copied().unwrap_or_else(|| ATAN[12] >> (i - 12));
-        if y > 0 {
-            (x, y) = (x + (y >> i), y - (x >> i));
-            sum = sum.wrapping_add(step);
-        } else {
-            (x, y) = (x - (y >> i), y + (x >> i));
-            sum = sum.wrapping_sub(step);
-        }
-    }
-    sum
 }
 
 /// `value * fraction / 2^32`, signs apart.

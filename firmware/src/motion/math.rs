@@ -18,14 +18,8 @@ pub fn mul_div(a: u32, b: u32, c: u32) -> u32 {
     pasapas_mul_div(a, b, c)
 }
 
-/// `a * b / c`, rounded down, with a 64-bit product; `u32::MAX` when it does not fit or `c` is 0.
 #[cfg(not(target_arch = "msp430"))]
-pub fn mul_div(a: u32, b: u32, c: u32) -> u32 {
-    if c == 0 {
-        return u32::MAX;
-    }
-    u32::try_from(u64::from(a) * u64::from(b) / u64::from(c)).unwrap_or(u32::MAX)
-}
+pub use lang::trig::wide as mul_div;
 
 /// `a * b / 2^32`, rounded down.
 #[cfg(target_arch = "msp430")]

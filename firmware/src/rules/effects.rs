@@ -54,6 +54,12 @@ pub trait Effects {
     /// F20.
     #[cfg_attr(any(), micro(code = "POP_NUMBER {least}, {most}"))]
     fn pop_number(&mut self, least: u8, most: u8) -> Result<u8, Fault>;
+    /// The same of an input's number.
+    ///
+    /// # Errors
+    /// F20.
+    #[cfg_attr(any(), micro(code = "POP_NUMBER 1, 17"))]
+    fn pop_input(&mut self) -> Result<u8, Fault>;
     /// The top, taken, is the time that is left, ms.
     ///
     /// # Errors
@@ -265,7 +271,7 @@ pub fn wait_in(m: &mut impl Effects, first: bool) -> Progress {
         }
         let mut n = (m.bits() >> 6) + 1;
         if m.has_input() {
-            n = m.pop_number(1, 17)?;
+            n = m.pop_input()?;
         }
         m.set_number(n);
     }
@@ -351,7 +357,7 @@ pub fn in_short(m: &mut impl Effects, code: u8) -> Progress {
 
 /// IN.
 pub fn input(m: &mut impl Effects) -> Progress {
-    let n = m.pop_number(1, 17)?;
+    let n = m.pop_input()?;
     m.push(m.input(n));
     DONE
 }

@@ -180,7 +180,7 @@ pub fn probe(m: &mut impl Probes, first: bool) -> Progress {
             let mut n = m.sensor();
             if m.has_sensor() {
                 m.pop_level();
-                n = m.pop_number(1, 17)?;
+                n = m.pop_input()?;
             }
             if n == 0 {
                 return Err(Fault::ValueRange);

@@ -1,6 +1,7 @@
 //! Motions at the pins: the whole image runs from reset, its main loop, its link and its interrupts,
 //! and every step edge is held to what `firmware::motion` plans.
 
+mod late;
 mod rig;
 
 use firmware::motion::physics;

@@ -71,3 +71,32 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .min_by_key(|&(distance, _)| distance)
         .map(|(_, other)| other)
 }
+
+/// What a TOML file's reader did not like, and the remedy: for a key or a word that is not known, the nearest one that
+/// could stand there.
+#[must_use]
+pub fn of_toml(error: &toml::de::Error) -> (String, String) {
+    let words = error.message().lines().next().unwrap_or_default().trim();
+    // The word that is wrong, then those that are known there.
+    let quoted: Vec<&str> = words.split('`').skip(1).step_by(2).collect();
+    let near = |what: &str, word: &str, known: &[&str]| match nearest(word, known.iter().copied()) {
+        Some(near) => format!("`{near}` is the nearest {what}"),
+        None => format!("known {what}s are {}", known.join(", ")),
+    };
+    match quoted.split_first() {
+        Some((word, known)) if words.starts_with("unknown field") => {
+            (format!("there is no key `{word}` here"), near("key", word, known))
+        }
+        Some((word, known)) if words.starts_with("unknown variant") => {
+            (format!("`{word}` is no word that stands here"), near("word", word, known))
+        }
+        Some((key, _)) if words.starts_with("missing field") => {
+            (format!("the key `{key}` is missing"), "add it".to_owned())
+        }
+        _ => {
+            let form =
+                "a line is `key = value`: numbers as they are, texts in quotes, lists in brackets";
+            (words.to_owned(), form.to_owned())
+        }
+    }
+}

@@ -40,10 +40,11 @@ pub struct NativeBoard {
 }
 
 impl NativeBoard {
-    /// A board with erased flash in a wiring, powered up.
+    /// A board in a wiring that holds the profile `mill` and nothing else, powered up.
     pub fn new(wiring: Wiring) -> NativeBoard {
         let plant = Plant::around(&Part::F5529, wiring);
         let desk = Desk::new(plant);
+        desk.put(F5529.profiles[0], &BoardRecord::DEFAULT.sealed().to_bytes());
         let controller = Controller::boxed(desk.clone());
         let mut board = NativeBoard {
             desk,
@@ -89,6 +90,7 @@ impl NativeBoard {
         let record = controller.record.clone();
         desk.set_up(&record);
         controller.motor.pwm.open(&desk, record.more());
+        controller.open_analog();
         controller.motor.power = controller.full_power();
         controller.reset.cause = cause;
         // Stop held at reset: 9600 8N1, address 1, whatever the profile says.

@@ -37,7 +37,7 @@ impl Memory {
     pub fn new() -> Memory {
         let mut bytes = vec![0xFF; 0x1_0000];
         bytes[usize::from(NOTHING)] = Op::End as u8;
-        let record = BoardRecord::DEFAULT;
+        let record = BoardRecord::UNKNOWN;
         let start = usize::from(DEFAULT);
         bytes[start..start + BoardRecord::SIZE].copy_from_slice(&record.to_bytes());
         let more = start + BoardRecord::SIZE;

@@ -76,6 +76,13 @@ impl Pins for Desk {
         let [stop, start] = self.are_low([self.0.pins.stop, self.0.pins.start]);
         u16::from(stop) | u16::from(start) << 1
     }
+    fn analog(&self, n: u8) -> u16 {
+        let volts = self.0.plant.borrow().analog;
+        firmware::analog::sample(volts[usize::from(n) % volts.len()].into())
+    }
+    // What is at the pins is read when it is asked for.
+    fn convert_analog(&self) {}
+    fn open_analog(&self, _: u8) {}
     // An erase takes no emergency stop away: the pass after it comes at once.
     fn remember_stop(&self, _: u16) {}
     fn open_pwm(&self, hz: u16) -> (u16, u16) {

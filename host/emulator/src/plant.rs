@@ -118,6 +118,8 @@ pub struct Plant {
     pub(crate) recorder: Recorder,
     recorded_in: u16,
     jumpers: Vec<Jumper>,
+    /// Voltages at the analog inputs, mV.
+    pub analog: [u16; 4],
     /// Levels of all pins as they are.
     raw: u64,
     around: around::Listener,
@@ -159,6 +161,7 @@ impl Plant {
             recorder: Recorder::default(),
             recorded_in: 0,
             jumpers: Vec::new(),
+            analog: [0; 4],
             raw: 0,
             around: around::Listener::default(),
         };

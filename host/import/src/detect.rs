@@ -223,8 +223,8 @@ pub(crate) fn foreign(text: &str) -> Option<&'static str> {
         |words: &[&str]| lines().any(|line| words.iter().any(|word| line.starts_with(word)));
     if begins(&["%FS", "%MO", "%ADD"]) {
         return Some(
-            "a Gerber file: pcb2gcode and FlatCAM make G-code of it; the holes of a drill file are \
-             read with `--from points`",
+            "a Gerber file: `pasapas paste FILE --needle N.toml` makes dots of a paste layer, pcb2gcode and FlatCAM \
+             make G-code of the others; the holes of a drill file are read with `--from points`",
         );
     }
     if begins(&["<svg", "<?xml", "%PDF"]) {

@@ -13,6 +13,11 @@ pub enum Terminal {
     Name(String),
 }
 
+/// As in a script, upper and lower case are the same.
+fn is_named(own: Option<&str>, name: &str) -> bool {
+    own.is_some_and(|own| own.eq_ignore_ascii_case(name))
+}
+
 /// Number of an output.
 ///
 /// # Errors
@@ -21,7 +26,7 @@ pub fn output(profile: &Profile, terminal: &Terminal) -> Result<i32, String> {
     let n = match terminal {
         Terminal::Number(n) => *n,
         Terminal::Name(name) => {
-            let found = profile.outputs.iter().find(|o| o.name.as_deref() == Some(name));
+            let found = profile.outputs.iter().find(|o| is_named(o.name.as_deref(), name));
             found.map(|output| output.n).ok_or_else(|| format!("no output is named `{name}`"))?
         }
     };
@@ -37,7 +42,7 @@ pub fn input(profile: &Profile, terminal: &Terminal) -> Result<i32, String> {
     let n = match terminal {
         Terminal::Number(n) => *n,
         Terminal::Name(name) => {
-            let found = profile.inputs.iter().find(|i| i.name.as_deref() == Some(name));
+            let found = profile.inputs.iter().find(|i| is_named(i.name.as_deref(), name));
             found.map(|input| input.n).ok_or_else(|| format!("no input is named `{name}`"))?
         }
     };

@@ -1,6 +1,6 @@
 //! What is wrong with a file: a place, words, a remedy.
 
-use cell::problem::nearest;
+use cell::problem;
 
 /// A diagnostic of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -42,24 +42,9 @@ pub(crate) fn place(text: &str, offset: usize) -> (u32, u32) {
     (u32::try_from(line).unwrap_or(u32::MAX), u32::try_from(column).unwrap_or(u32::MAX))
 }
 
-/// What a TOML file's reader did not like. For a key that is not known, the nearest one of `keys`
-/// is the remedy.
-pub fn of_toml(text: &str, error: &toml::de::Error, keys: &[&str]) -> Wrong {
-    let span = error.span().unwrap_or(0..0);
-    let at = place(text, span.start);
-    let words = error.message().trim().to_owned();
-    let unknown = words.strip_prefix("unknown field `").and_then(|rest| rest.split('`').next());
-    let hint = match unknown {
-        Some(word) => nearest(word, keys.iter().copied()).map_or_else(
-            || format!("known keys are {}", keys.join(", ")),
-            |key| format!("`{key}` is the nearest key"),
-        ),
-        None if words.starts_with("missing field") => "add the key".to_owned(),
-        None => format!("known keys are {}", keys.join(", ")),
-    };
-    let text = match unknown {
-        Some(word) => format!("there is no key `{word}`"),
-        None => words.lines().next().unwrap_or_default().to_owned(),
-    };
+/// What a TOML file's reader did not like, with its remedy.
+pub fn of_toml(text: &str, error: &toml::de::Error) -> Wrong {
+    let at = place(text, error.span().unwrap_or(0..0).start);
+    let (text, hint) = problem::of_toml(error);
     Wrong { at, text, hint, warning: false }
 }

@@ -310,6 +310,11 @@ mod tests {
         Op::OnErrorStop,
         Op::ResumeNext,
         Op::More,
+        Op::Resume,
+        Op::Sin,
+        Op::Cos,
+        Op::Atan2,
+        Op::MulDiv,
     ];
 
     #[test]

@@ -23,6 +23,7 @@ use crate::client::upload::UploadError;
 use crate::client::{Client, ClientError, Patience};
 use crate::link::Link;
 use crate::sim::chain::Chain;
+use crate::sim::scene::filters_us;
 use crate::sim::trace::Event;
 use crate::sim::world::{Registers, World, WorldError};
 use crate::sim::{Options, Outcome};
@@ -33,8 +34,6 @@ const RUN_PATIENCE: Patience = Patience { reply: Duration::from_millis(50), atte
 /// From here on after power-up a board without a host does not wait for one that takes what is printed
 /// (g2553/effects/print.s).
 const ALONE: Duration = Duration::from_millis(600);
-/// Longer than any filter of an input.
-const FILTERS: Duration = Duration::from_millis(60);
 
 /// What is to run.
 pub struct Job<'a> {
@@ -315,7 +314,8 @@ fn prepare<B: Hardware>(
         }
     }
     let now = client.link().now();
-    client.link().pause((reset + ALONE).saturating_sub(now).max(FILTERS));
+    let filters = Duration::from_micros(filters_us(&job.program.profile));
+    client.link().pause((reset + ALONE).saturating_sub(now).max(filters));
     if !rig.borrow_mut().observe() {
         return Err(BoardError::Board("the firmware image has no symbols to watch".to_owned()));
     }

@@ -55,8 +55,8 @@ pub struct Rig<B: Hardware = Board> {
 }
 
 impl Rig {
-    /// A board with the firmware `image` of a build in its flash, the machine of `profile` and a
-    /// world, which knows these AT variables, powered up.
+    /// A board with the firmware `image` of a build in its flash and `mill` as the profile that it holds, the machine of
+    /// `profile` and a world, which knows these AT variables, powered up.
     ///
     /// # Errors
     /// The world's script fails.
@@ -72,7 +72,9 @@ impl Rig {
             Wiring::Chain => PlantWiring::Chain,
         };
         let config = Config { part: build.chip.clone(), wiring, ..Config::default() };
-        Rig::around(Board::with_config(&config, image), profile, world, registers)
+        let mut board = Board::with_config(&config, image);
+        super::tell_default(build, &mut board);
+        Rig::around(board, profile, world, registers)
     }
 
     /// Puts back what [`Board::flash_contents`] gave, and starts the board anew from it. Firmware
@@ -214,6 +216,7 @@ impl<B: Hardware> Rig<B> {
         for action in actions {
             match action {
                 Action::Input { n, .. } if !self.scene.has_role(n) => self.apply(action),
+                Action::Analog { .. } => self.apply(action),
                 _ => self.first.push(action),
             }
         }

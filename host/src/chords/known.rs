@@ -162,7 +162,7 @@ impl Movers {
                     };
                     self.handlers = join(self.handlers, moved);
                 }
-                StmtKind::ResumeNext => self.any_time = ALL,
+                StmtKind::ResumeNext | StmtKind::Resume => self.any_time = ALL,
                 _ => {}
             }
             for inner in stmt.kind.blocks() {

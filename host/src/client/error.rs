@@ -73,13 +73,16 @@ impl fmt::Display for ClientError {
                         "it does not know the function, or it is a gateway whose file lets this client write nothing: \
                          see `[[client]]` there"
                     }
-                    Some(Code::IllegalAddress) => "it has no such register",
+                    Some(Code::IllegalAddress) => {
+                        "it has no such register: its firmware is older than this tool and `pasapas flash` brings \
+                         this one's, or what has this address is no board of ours"
+                    }
                     Some(Code::IllegalValue) => "a value is out of range",
                     Some(Code::DeviceFailure) => "the program or profile is missing or was refused",
                     Some(Code::Busy) => {
                         "not now: a program runs or an axis moves; `pasapas stop` first"
                     }
-                    None => "unknown reason",
+                    None => "for a reason that no board of ours has: check what hangs on this line",
                 };
                 write!(f, "the board refused (exception {code}): {meaning}")
             }
@@ -95,8 +98,8 @@ impl fmt::Display for ClientError {
                  drivers so that STEP is active high, or take a board with an MSP430F5529",
             ),
             ClientError::NoPwm => f.write_str(
-                "this board has no PWM and no RS-485; take [pwm] and [rs485] out of the profile, or a board with \
-                 an MSP430F5529",
+                "this board has no PWM, no RS-485 and no analog inputs; take [pwm], [rs485], [[analog]] and [[threshold]] out of \
+                 the profile, or a board with an MSP430F5529",
             ),
             ClientError::Port(error) => write!(f, "the port failed: {error}"),
             ClientError::Interrupted => f.write_str("Stop came before it"),
@@ -105,3 +108,19 @@ impl fmt::Display for ClientError {
 }
 
 impl std::error::Error for ClientError {}
+
+#[cfg(test)]
+mod tests {
+    use super::{ClientError, Code};
+
+    #[test]
+    fn a_refusal_says_what_it_means_and_what_to_do() {
+        let told = |code: Code| ClientError::Exception(code as u8).to_string();
+        let missing = told(Code::IllegalAddress);
+        assert!(missing.contains("older") && missing.contains("`pasapas flash`"), "{missing}");
+        assert!(told(Code::IllegalFunction).contains("[[client]]"));
+        assert!(told(Code::Busy).contains("`pasapas stop`"));
+        let foreign = ClientError::Exception(99).to_string();
+        assert!(foreign.contains("no board of ours"), "{foreign}");
+    }
+}

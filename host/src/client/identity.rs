@@ -6,7 +6,7 @@ use lang::image::crc_in;
 use lang::isa::FINGERPRINT;
 use lang::part::{G2553, PARTS, Part};
 use lang::profile::Profile;
-use lang::record::{BoardRecord, MoreRecord, RECORD_VERSION};
+use lang::record::{BoardRecord, MoreRecord, RECORD_VERSION, ThresholdRecord};
 use lang::wire;
 use serde::Serialize;
 
@@ -219,7 +219,9 @@ pub fn differences(board: &BoardRecord, wanted: &BoardRecord) -> Vec<&'static st
         }
     };
     compare("version", board.version == RECORD_VERSION);
-    compare("wiring or autorun", board.flags == wanted.flags);
+    let knows = board.flags & BoardRecord::UNWIRED == 0;
+    compare("its wiring, which the board was never told", knows);
+    compare("wiring or autorun", !knows || board.flags == wanted.flags);
     compare("link", (board.address, board.rate) == (wanted.address, wanted.rate));
     compare("pulse width", (board.pulse, board.setup) == (wanted.pulse, wanted.setup));
     compare("filter time", board.filter == wanted.filter);
@@ -257,6 +259,12 @@ pub fn differences(board: &BoardRecord, wanted: &BoardRecord) -> Vec<&'static st
         (more.pwm_hz, more.pwm_range, more.pwm_minimum, pulses, more.pwm_output, more.pwm_kind)
     };
     compare("PWM", pwm(board) == pwm(wanted));
+    let analog = |record: &BoardRecord| {
+        let mut levels = record.more().thresholds;
+        levels[3].on &= !ThresholdRecord::SPARE;
+        levels
+    };
+    compare("analog inputs", analog(board) == analog(wanted));
     names
 }
 
@@ -281,7 +289,7 @@ pub fn must_match(held: &BoardRecord, profile: &Profile) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{differences, most_cells};
+    use super::{differences, most_cells, must_match};
     use lang::profile::Profile;
     use lang::record::BoardRecord;
 
@@ -298,5 +306,16 @@ mod tests {
         assert!(differences(&mill, &BoardRecord { sequence: 9, crc: 1, ..mill }).is_empty());
         assert_eq!(differences(&mill, &record("laser")), ["states of outputs", "roles of outputs"]);
         assert_eq!(differences(&mill, &record("charly")), ["pulse width"]);
+    }
+
+    #[test]
+    fn a_board_that_was_never_told_its_wiring_is_no_machine() {
+        for name in ["mill", "thesis"] {
+            let profile = Profile::built_in(name).expect("built in");
+            let refused = must_match(&BoardRecord::UNKNOWN, &profile).expect_err("it has none");
+            let remedy = format!("`pasapas profile set {name}` brings it");
+            assert!(refused.contains("its wiring, which the board was never told"), "{refused}");
+            assert!(refused.contains(&remedy), "{refused}");
+        }
     }
 }

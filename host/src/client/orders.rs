@@ -6,6 +6,7 @@ use lang::profile::{AxisProfile, Direction, Profile};
 use lang::wire::{self, Exception, command};
 
 use super::Client;
+use super::status::holds;
 use crate::link::Link;
 
 /// A 32-bit value as two registers, low word first; saturates.
@@ -93,6 +94,14 @@ pub fn present(profile: &Profile, axis: Axis) -> Result<&AxisProfile, String> {
         .ok_or_else(|| format!("the machine `{}` has no {}", profile.name, axis.letter()))
 }
 
+/// The axis whose reference switch an input is, and the command that moves it off that switch.
+pub fn off_switch(profile: &Profile, input: u16) -> Option<(Axis, String)> {
+    let is_its = |(axis, _): &(Axis, _)| profile.reference_input(*axis) == i32::from(input);
+    let (axis, own) = profile.axes().find(is_its)?;
+    let sign = if own.home.direction == Direction::Positive { "-" } else { "" };
+    Some((axis, format!("pasapas jog {} {sign}5mm", axis.letter())))
+}
+
 impl<L: Link> Client<L> {
     /// Writes a command once: a move that is repeated because its reply was lost would be made twice.
     /// What the board takes for out of range is told by `wrong`.
@@ -105,9 +114,12 @@ impl<L: Link> Client<L> {
             Err(error) if error.is_exception(Exception::Busy) => {
                 let status = self.status().map_err(|error| error.to_string())?;
                 let why = match (status.blocked_by, &status.fault) {
-                    (Some(input), _) => format!("input {input} holds it"),
+                    (Some(input), _) => holds(input),
                     (None, _) if !status.moving.is_empty() => "an axis moves already".to_owned(),
-                    (None, Some(fault)) => format!("{fault} {}", status.text.unwrap_or_default()),
+                    (None, Some(fault)) => {
+                        let text = status.text.unwrap_or_default();
+                        format!("{fault} {text}; `pasapas start` acknowledges it")
+                    }
                     (None, None) => format!("it is {}", status.state),
                 };
                 Err(format!("the board cannot move now: {why}"))
@@ -125,7 +137,7 @@ impl<L: Link> Client<L> {
 
 #[cfg(test)]
 mod tests {
-    use super::{home, probe, steps, words};
+    use super::{home, off_switch, probe, steps, words};
     use lang::axis::Axis;
     use lang::profile::Profile;
 
@@ -137,6 +149,15 @@ mod tests {
         assert_eq!(order[6..10], [2000, 0, 200, 0]);
         assert_eq!(order[14..16], words(11_000));
         assert_eq!((order[16], order.len()), (100, 21));
+    }
+
+    #[test]
+    fn a_switch_is_left_away_from_its_side() {
+        let mill = Profile::built_in("mill").expect("built in");
+        let off = |axis| off_switch(&mill, mill.reference_input(axis) as u16);
+        assert_eq!(off(Axis::X), Some((Axis::X, "pasapas jog X 5mm".to_owned())));
+        assert_eq!(off(Axis::Z), Some((Axis::Z, "pasapas jog Z -5mm".to_owned())));
+        assert_eq!(off_switch(&mill, 3), None);
     }
 
     #[test]

@@ -132,6 +132,16 @@ impl StatusWords {
     }
 }
 
+/// What keeps the board from starting or moving ([`Status::blocked_by`]), a clause.
+pub fn holds(input: u16) -> String {
+    match input {
+        wire::UNWIRED => {
+            "it was never told how it is wired: `pasapas profile set FILE` says so".to_owned()
+        }
+        input => format!("input {input} holds it"),
+    }
+}
+
 impl<L: Link> Client<L> {
     /// Reads the board's state.
     ///

@@ -1,6 +1,7 @@
 //! The master against links that misbehave.
 
 mod late;
+mod torn;
 
 use std::collections::VecDeque;
 use std::io;

@@ -146,7 +146,10 @@ impl<L: Link> Client<L> {
         }
         if let Ok(image) = Image::new(image) {
             let runs = called::runs(&image).next().map_or(0, |_| feature::LIBRARY);
-            let missing = (u16::from(image.header.features) | runs) & !identity.features;
+            let wanted = u16::from(image.header.features)
+                | runs
+                | image.extra().fold(0, |all, (_, feature)| all | feature);
+            let missing = wanted & !identity.features;
             if missing != 0 {
                 let lack = Lack::Feature(1 << missing.trailing_zeros());
                 let runs = |part: &&Part| part.lacks(&image, SHORT_PULSE_US).is_none();
@@ -195,8 +198,9 @@ impl<L: Link> Client<L> {
                 .map(|pair| u16::from_le_bytes([pair[0], *pair.get(1).unwrap_or(&0xFF)]))
                 .collect();
             match self.write_all(window + (sent / 2) as u16, &values) {
-                // An adapter that pauses between its packets tears long requests apart: short ones fit into a packet.
-                Err(ClientError::Silent | ClientError::Noise(_)) if values.len() > REGISTERS => {
+                // An adapter that pauses between its packets, here or beyond a gateway, tears long requests apart: short
+                // ones fit into a packet.
+                Err(error) if error.may_be_done() && values.len() > REGISTERS => {
                     most = REGISTERS;
                     continue;
                 }

@@ -7,15 +7,16 @@ use std::time::Duration;
 
 use clap::Args;
 use lang::axis::Axis;
-use lang::profile::Profile;
+use lang::fault::Fault;
+use lang::profile::{AxisProfile, Profile};
 use lang::record::MachineRecord;
-use lang::wire::{self, command};
+use lang::wire::{self, RunState, command};
 use serde_json::json;
 
 use super::console::{Console, Options};
 use super::port::{Board, Port};
 use super::upload;
-use crate::client::status::long;
+use crate::client::status::{Status, long};
 use crate::client::{ClientError, orders};
 use crate::failure::Failure;
 use crate::link::Link;
@@ -47,9 +48,10 @@ pub struct Jog {
     /// How far: 5mm, -0.1mm, 250um, -40st; at most 100 mm
     #[arg(value_parser = distance, allow_hyphen_values = true)]
     distance: Distance,
-    /// Speed in steps/s; without it a quarter of the profile's top
-    #[arg(long, value_name = "ST/S")]
-    speed: Option<u32>,
+    /// How fast: 10mm/s, 600mm/min, 500um/s or 800st/s, and a number alone is steps/s; without it a quarter of the
+    /// profile's top
+    #[arg(long, value_parser = speed)]
+    speed: Option<Speed>,
     /// Move although the board's machine is another one
     #[arg(long)]
     any_profile: bool,
@@ -72,6 +74,26 @@ pub struct Io {
 enum Distance {
     Um(i64),
     Steps(i64),
+}
+
+/// A speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Speed {
+    /// um/s.
+    Um(f64),
+    /// Steps/s.
+    Steps(f64),
+}
+
+impl Speed {
+    /// In whole steps/s, at least 1.
+    fn steps(self, own: &AxisProfile) -> u32 {
+        let steps = match self {
+            Speed::Steps(steps) => steps,
+            Speed::Um(um) => um * f64::from(own.scale.steps) / f64::from(own.scale.um),
+        };
+        (steps.round() as u32).max(1)
+    }
 }
 
 fn axis(text: &str) -> Result<Axis, String> {
@@ -98,6 +120,24 @@ fn distance(text: &str) -> Result<Distance, String> {
         Ok(Distance::Um(um.round() as i64))
     } else {
         Err(wrong())
+    }
+}
+
+fn speed(text: &str) -> Result<Speed, String> {
+    let wrong = || {
+        "a speed is a number with mm/s, mm/min, um/s or st/s: 10mm/s, 600mm/min, 800st/s".to_owned()
+    };
+    let unit = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let value: f64 = text[..unit].parse().map_err(|_| wrong())?;
+    if !(value > 0.0 && value < 1e9) {
+        return Err(wrong());
+    }
+    match &text[unit..] {
+        "" | "st/s" => Ok(Speed::Steps(value)),
+        "mm/s" => Ok(Speed::Um(value * 1e3)),
+        "mm/min" => Ok(Speed::Um(value * 1e3 / 60.0)),
+        "um/s" => Ok(Speed::Um(value)),
+        _ => Err(wrong()),
     }
 }
 
@@ -223,7 +263,12 @@ impl Home {
                      wiring, and direction and stroke in the profile"
                 )));
             }
-            tell(&mut board, axis, console)?;
+            let status = tell(&mut board, axis, console)?;
+            if !status.homed.contains(&axis.letter()) {
+                let what = format!("{} is not homed", axis.letter());
+                return Err(cut_short(&what, &status, &profile));
+            }
+            remind(&status, console);
         }
         Ok(())
     }
@@ -240,10 +285,14 @@ impl Jog {
         let steps = steps(&profile, self.axis, self.distance)?;
         let Some(own) = profile.axis(self.axis) else { return Ok(()) };
         let top = own.top_rate.unsigned_abs();
-        let speed = self.speed.unwrap_or((top / 4).max(1)).clamp(1, top);
+        let speed = self.speed.map_or((top / 4).max(1), |speed| speed.steps(own));
+        if speed > top {
+            let letter = self.axis.letter();
+            console.complain(&format!("{letter} goes at its top, {top} st/s, not at {speed} st/s"));
+        }
+        let speed = speed.min(top);
         // By the place to go to, which is told.
-        let place = board.input(wire::WORK_POSITIONS + 2 * self.axis.index() as u16, 2)?;
-        let target = i64::from(long(place[0], place[1])) + steps;
+        let target = i64::from(work_place(&mut board, self.axis)?) + steps;
         let order = orders::move_to(self.axis, orders::ramps(own), speed, target);
         let wrong = || {
             let mm = |steps: i64| {
@@ -264,7 +313,59 @@ impl Jog {
         };
         board.order(&order, wrong).map_err(Failure::Board)?;
         wait(&mut board, self.axis, "the move")?;
-        tell(&mut board, self.axis, console)
+        let place = i64::from(work_place(&mut board, self.axis)?);
+        let status = tell(&mut board, self.axis, console)?;
+        if place == target {
+            remind(&status, console);
+            return Ok(());
+        }
+        let what = format!(
+            "{} came {} of its {steps} steps far",
+            self.axis.letter(),
+            place - (target - steps)
+        );
+        Err(cut_short(&what, &status, &profile))
+    }
+}
+
+/// Work position of an axis in steps.
+fn work_place(board: &mut Board, axis: Axis) -> Result<i32, ClientError> {
+    let words = board.input(wire::WORK_POSITIONS + 2 * axis.index() as u16, 2)?;
+    Ok(long(words[0], words[1]))
+}
+
+/// What kept a move from its end, and what to do about it.
+fn cut_short(what: &str, status: &Status, profile: &Profile) -> Failure {
+    let (latched, text) = (latched(status), status.text.unwrap_or_default());
+    let input = status.input.map_or(String::new(), |input| format!(" (input {input})"));
+    let is_limit = |fault: &&String| **fault == Fault::LimitSwitch.to_string();
+    let off = latched.filter(is_limit).and(status.input);
+    Failure::Board(match (latched, off.and_then(|input| orders::off_switch(profile, input))) {
+        (Some(fault), Some((axis, jog))) => format!(
+            "{what}: {fault} {text} of {}{input}; `{jog}` leaves the switch, then `pasapas start` \
+             acknowledges the fault",
+            axis.letter()
+        ),
+        (Some(fault), None) => format!(
+            "{what}: {fault} {text}{input}; put that right, then `pasapas start` acknowledges the fault"
+        ),
+        (None, _) => match status.blocked_by {
+            Some(input) => format!("{what}: input {input} keeps it from moving"),
+            None => format!("{what}: somebody stopped it"),
+        },
+    })
+}
+
+/// A fault that keeps programs from running.
+fn latched(status: &Status) -> Option<&String> {
+    status.fault.as_ref().filter(|_| status.run_state == Some(RunState::Fault))
+}
+
+/// A move went well although a fault is there: what the fault still keeps from working.
+fn remind(status: &Status, console: &Console) {
+    if let Some(fault) = latched(status) {
+        let text = status.text.unwrap_or_default();
+        console.complain(&format!("{fault} {text} is latched; `pasapas start` acknowledges"));
     }
 }
 
@@ -285,20 +386,19 @@ fn wait(board: &mut Board, axis: Axis, what: &str) -> Result<(), Failure> {
     }
 }
 
-fn tell(board: &mut Board, axis: Axis, console: &Console) -> Result<(), Failure> {
+/// Tells where an axis is; the board's state.
+fn tell(board: &mut Board, axis: Axis, console: &Console) -> Result<Status, Failure> {
     let status = board.status()?;
     let place = status.pos.get(axis).unwrap_or(0);
-    if let Some(fault) = &status.fault {
-        let text = status.text.unwrap_or_default();
-        console.complain(&format!("{fault} {text} is latched; `pasapas start` acknowledges"));
-    }
+    let letter = axis.letter();
+    let homed = status.homed.contains(&letter);
     if console.json() {
-        return console.json_line(&json!({
-            "axis": axis.letter(), "pos": place, "homed": status.homed.contains(&axis.letter()),
-        }));
+        console.json_line(&json!({ "axis": letter, "pos": place, "homed": homed }))?;
+    } else {
+        let homed = if homed { "" } else { " (not homed)" };
+        console.result(&format!("{letter} {place} st{homed}\n"))?;
     }
-    let homed = if status.homed.contains(&axis.letter()) { "" } else { " (not homed)" };
-    console.result(&format!("{} {place} st{homed}\n", axis.letter()))
+    Ok(status)
 }
 
 impl Io {
@@ -333,7 +433,7 @@ impl Io {
 
 #[cfg(test)]
 mod tests {
-    use super::{Distance, axis, distance, setting, steps};
+    use super::{Distance, Speed, axis, distance, setting, speed, steps};
     use lang::axis::Axis;
     use lang::profile::Profile;
 
@@ -344,9 +444,27 @@ mod tests {
         for wrong in ["5", "mm", "1.5st", "nanmm", "5 mm", "1e300mm"] {
             assert!(distance(wrong).is_err(), "{wrong}");
         }
+        assert_eq!(speed("800"), Ok(Speed::Steps(800.0)));
+        assert_eq!(speed("800st/s"), speed("800"));
+        assert_eq!(speed("10mm/s"), Ok(Speed::Um(10_000.0)));
+        assert_eq!(speed("600mm/min"), speed("10mm/s"));
+        assert_eq!(speed("500um/s"), Ok(Speed::Um(500.0)));
+        for wrong in ["0", "-5mm/s", "10mm", "10 mm/s", "nan", "mm/s", "infmm/s", "1e99"] {
+            let told = speed(wrong).expect_err(wrong);
+            assert!(told.contains("10mm/s") && told.contains("800st/s"), "{told}");
+        }
         assert_eq!(setting("4=OFF"), Ok((4, false)));
         assert!(setting("4").is_err() && setting("x=on").is_err());
         assert!(axis("W").is_err() && axis("XY").is_err());
+    }
+
+    #[test]
+    fn a_speed_is_made_steps_by_the_axis() {
+        let mill = Profile::built_in("mill").expect("built in");
+        let x = mill.axis(Axis::X).expect("it has X");
+        let scale = f64::from(x.scale.steps) / f64::from(x.scale.um);
+        assert_eq!(Speed::Um(10_000.0).steps(x), (10_000.0 * scale).round() as u32);
+        assert_eq!([Speed::Steps(0.2), Speed::Steps(90.0)].map(|speed| speed.steps(x)), [1, 90]);
     }
 
     #[test]

@@ -20,7 +20,7 @@ pub struct Options {
     /// How to write diagnostics, status and summaries
     #[arg(long, global = true, value_enum, default_value_t = Format::Text)]
     pub format: Format,
-    /// The machine: a file, or one of the built-in mill, charly, thesis, laser. Without it the
+    /// The machine: a file, or one of the built-in mill, charly, thesis, laser, picker. Without it the
     /// script's PROFILE line decides, else mill
     #[arg(long, global = true, value_name = "P.toml|NAME")]
     pub profile: Option<String>,

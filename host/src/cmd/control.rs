@@ -9,7 +9,7 @@ use super::console::{Console, Options};
 use super::library;
 use super::port::{Board, Port};
 use crate::client::library::Called;
-use crate::client::status::state_name;
+use crate::client::status::{holds, state_name};
 use crate::failure::Failure;
 
 /// One of the run controls.
@@ -179,7 +179,7 @@ fn send(board: &mut Board, code: Code) -> Result<(), Failure> {
 fn blocked(board: &mut Board) -> Result<String, Failure> {
     let status = board.status()?;
     Ok(match (status.blocked_by, status.fault) {
-        (Some(input), _) => format!(": input {input} holds it"),
+        (Some(input), _) => format!(": {}", holds(input)),
         (None, Some(fault)) => format!(": {fault} {}", status.text.unwrap_or_default()),
         (None, None) => String::new(),
     })

@@ -119,7 +119,7 @@ impl Choice {
                 continue;
             }
             let text = format!("{who} lacks what this program wants: {lack}");
-            let (line, span) = first_place(&script.program, lack);
+            let (line, span) = first_place(&script.program, &compiled, lack);
             // Of a program that is too long with its chords other parts run the one with arcs.
             let other = with_arcs.as_ref().and_then(|compiled| smallest(compiled, signals));
             let remedy = match (lack, other) {
@@ -226,8 +226,14 @@ fn smallest(compiled: &Compiled, signals: Signals) -> Option<&'static Build> {
 const IN_PIECES: &str = "`pasapas stream` runs jobs of any length, piece by piece";
 
 /// Where a program first wants this; without a line where it is all of the program.
-fn first_place(program: &Program, lack: Lack) -> (Option<u32>, Range<usize>) {
+fn first_place(program: &Program, compiled: &Compiled, lack: Lack) -> (Option<u32>, Range<usize>) {
     let Lack::Feature(feature) = lack else { return (None, 0..0) };
+    let image = Image::new(&compiled.image).ok();
+    let extra = image.and_then(|image| image.extra().find(|(_, wanted)| *wanted == feature));
+    if let Some((pc, _)) = extra {
+        let mark = compiled.sidecar.marks.iter().rfind(|mark| mark.pc <= pc);
+        return mark.map_or((None, 0..0), |mark| (Some(mark.line), mark.span.clone()));
+    }
     if feature == feature::KEEP {
         let kept = program.vars.iter().find(|var| matches!(var.storage, Storage::Keep(_)));
         return kept.map_or((None, 0..0), |var| (None, var.span.clone()));

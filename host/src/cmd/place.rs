@@ -10,16 +10,19 @@ use lang::profile::Profile;
 use serde_json::json;
 
 use super::console::{Console, Options};
+use super::paste;
 use crate::failure::Failure;
 use crate::output;
 use crate::place::Placed;
 use crate::place::feeders::Feeders;
-use crate::place::frame::{Mark, onto};
+use crate::place::frame::{Mark, Onto, onto};
 use crate::place::job;
 use crate::render::Note;
 
-/// Angles that differ by less are the same, degrees.
+/// Angles that differ by less are the same, degrees: what a board that lies a little turned costs its parts.
 const SAME_ANGLE: f64 = 2.0;
+/// Degrees off that are told.
+const TOLD_ANGLE: f64 = 0.1;
 
 /// `pasapas place`
 #[derive(Debug, Args)]
@@ -142,15 +145,14 @@ impl Place {
             Some(path) => output::write(path, text.as_bytes())?,
             None => console.result(&text)?,
         }
-        self.tell(&parts, &feeders, &onto.off, console)
+        self.tell(&parts, &feeders, &onto, console)
     }
 
     fn feeders(&self, profile: &Profile, console: &Console) -> Result<Feeders, Failure> {
         let text = fs::read_to_string(&self.feeders)
             .map_err(|error| Failure::Usage(format!("{}: {error}", self.feeders)))?;
-        Feeders::parse(&text, profile).map_err(|(at, words)| {
-            console.refuse(&Note::error(&self.feeders, "X032", words).at(at))
-        })
+        Feeders::parse(&text, profile)
+            .map_err(|wrong| console.refuse(&paste::note(&self.feeders, "X032", &wrong)))
     }
 
     fn read(&self, file: &str, console: &Console) -> Result<List, Failure> {
@@ -264,11 +266,7 @@ impl Place {
         Ok(())
     }
 
-    fn frame(
-        &self,
-        list: &[(String, Part)],
-        console: &Console,
-    ) -> Result<crate::place::frame::Onto, Failure> {
+    fn frame(&self, list: &[(String, Part)], console: &Console) -> Result<Onto, Failure> {
         let mut marks = Vec::new();
         for text in &self.at {
             let wrong =
@@ -309,9 +307,13 @@ impl Place {
         &self,
         parts: &[Placed],
         feeders: &Feeders,
-        off: &[(String, f64)],
+        onto: &Onto,
         console: &Console,
     ) -> Result<(), Failure> {
+        let angles =
+            parts.iter().map(|part| apart(part.turned, feeders.feeders[part.feeder].turned));
+        let most = angles.fold(0.0, f64::max);
+        let off = &onto.off;
         let mut counts: BTreeMap<(String, usize, i64), usize> = BTreeMap::new();
         for part in parts {
             let angle = part.turned.round() as i64;
@@ -340,6 +342,7 @@ impl Place {
             return match &self.output {
                 Some(_) => console.json_line(&json!({
                     "parts": parts.len(), "rows": rows, "marks": off, "way_mm": way.round(),
+                    "angle_off_deg": (most * 10.0).round() / 10.0,
                 })),
                 None => Ok(()),
             };
@@ -352,6 +355,13 @@ impl Place {
         text += &format!("{} parts, way {:.1} m", parts.len(), way / 1000.0);
         for (name, um) in off {
             text += &format!("; {name} is {um:.0} um off");
+        }
+        if most >= TOLD_ANGLE {
+            text += &format!(
+                "; the board lies turned by {:.1} degrees, and parts up to {most:.1} degrees off their angle: the \
+                 machine does not turn them",
+                onto.angle
+            );
         }
         console.complain(&text);
         Ok(())
@@ -372,11 +382,17 @@ fn note_of(diag: &import::Diag, file: &str) -> Note {
     }
 }
 
+/// Degrees between two angles, 0 to 180.
+fn apart(a: f64, b: f64) -> f64 {
+    let apart = (a - b).rem_euclid(360.0);
+    apart.min(360.0 - apart)
+}
+
 /// A part with its feeder and its place on the machine.
 fn placed(
     part: &Part,
     feeders: &Feeders,
-    onto: &crate::place::frame::Onto,
+    onto: &Onto,
     profile: &Profile,
 ) -> Result<Placed, (String, String)> {
     let (name, value, package) = (&part.name, &part.value, &part.package);
@@ -392,20 +408,29 @@ fn placed(
     }
     let drawn = f64::from(part.turned.unwrap_or(0)) / 1000.0 + feeders.rotation(package);
     let turned = (drawn + onto.angle).rem_euclid(360.0);
-    let apart = |feeder: usize| {
-        let apart = (turned - feeders.feeders[feeder].turned).rem_euclid(360.0);
-        apart.min(360.0 - apart)
+    let gives = |angle: f64| {
+        let same = |feeder: &usize| apart(angle, feeders.feeders[*feeder].turned) < SAME_ANGLE;
+        fitting.iter().copied().find(same)
     };
-    let Some(feeder) = fitting.iter().copied().find(|feeder| apart(*feeder) < SAME_ANGLE) else {
-        let gives: Vec<String> =
+    let Some(feeder) = gives(turned) else {
+        let angles: Vec<String> =
             fitting.iter().map(|n| feeders.feeders[*n].turned.to_string()).collect();
         let wanted = (turned * 10.0).round() / 10.0;
+        let hint = match gives(drawn.rem_euclid(360.0)) {
+            // On a board that lies straight it would fit.
+            Some(_) => format!(
+                "the board lies turned by {:.1} degrees: lay it straight, within {SAME_ANGLE} degrees, or give a \
+                 feeder with turned = {wanted}",
+                onto.angle
+            ),
+            None => format!("a feeder with turned = {wanted}"),
+        };
         return Err((
             format!(
                 "{name} is to lie at {wanted} degrees, its feeder gives {}, and the machine cannot turn it",
-                gives.join(", ")
+                angles.join(", ")
             ),
-            format!("a feeder with turned = {wanted}"),
+            hint,
         ));
     };
     let at = onto.place(part.at);

@@ -121,7 +121,14 @@ fn get(port: &Port, options: &Options, console: &Console) -> Result<(), Failure>
     if console.json() {
         return console.json_line(&held);
     }
-    let text = to_toml(&held)?;
+    let mut text = to_toml(&held)?;
+    if record.flags & BoardRecord::UNWIRED != 0 {
+        text.insert_str(
+            0,
+            "# the board was never told how it is wired and drives no output until `profile set FILE` says so: what stands \
+             here is what it assumes\n",
+        );
+    }
     if known {
         return console.result(&text);
     }

@@ -90,6 +90,20 @@ impl Prove {
                 "write NAME.cell.toml beside the script, or give --cell FILE",
             ));
         };
+        if scene.cell.varies.is_empty() {
+            return Err(refuse(
+                format!("{} varies nothing: all runs would be the same", scene.file),
+                "add what may differ to it: `[[vary]]` with `key = \"THING.KEY\"` and `sigma = 0.2`, or with `fault = \
+                 \"pause\"`, `chance = 0.1` and `within_s = 5`; without, `pasapas sim` makes the one run that there is",
+            ));
+        }
+        if scene.cell.expects.is_empty() {
+            let text = format!("{} expects nothing: what does not fault passes", scene.file);
+            let note = Note::error(&scene.file, code::ENGINE, text).warning();
+            console.note(&note.hint(
+                "add `[[expect]]` with `what = \"no_collision\"`, or what the work is for",
+            ))?;
+        }
         if !chain::calls(&script.program).is_empty() {
             return Err(refuse(
                 "the script begins other programs with RUN; one is proved at a time".to_owned(),
@@ -147,6 +161,13 @@ impl Prove {
         }
         if console.json() {
             console.result(&json)?;
+        } else if proof.wanted == 0 {
+            let (own, all) = plan.shard;
+            console.result(&format!(
+                "part {} of {all} has no run: there are {} in all\n",
+                own + 1,
+                plan.runs
+            ))?;
         } else {
             let nominal = |key: &str| {
                 let value = ::cell::vary::value(&scene.cell, key);

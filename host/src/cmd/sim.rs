@@ -141,6 +141,11 @@ impl Sim {
         if scene.is_none() {
             self.without_cell()?;
         }
+        if let Some(scene) = &scene {
+            scene
+                .strikes(&script.program.profile, &self.deviate)
+                .map_err(|text| Failure::Usage(format!("--deviate: {text}")))?;
+        }
         let scene = scene.map(|scene| scene.deviating(self.deviate.clone()));
         let world = world::load(self.world.as_deref(), World::unattended(), console)?;
         let world = world.with_scene(scene);

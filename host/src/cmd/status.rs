@@ -5,11 +5,11 @@ use std::time::Duration;
 use crate::client::print::LINE_END;
 use clap::Args;
 use lang::axis::Axis;
-use lang::wire::RunState;
+use lang::wire::{self, RunState};
 
 use super::console::{Console, Options};
 use super::port::{Board, Port};
-use crate::client::status::Status as State;
+use crate::client::status::{Status as State, holds};
 use crate::failure::Failure;
 
 /// `pasapas status`
@@ -114,7 +114,10 @@ fn describe(state: &State) -> String {
     text += &format!("\ninputs    on: {}", list(&state.inputs));
     text += &format!("\noutputs   on: {}\n", list(&state.outputs));
     if let Some(input) = state.blocked_by {
-        text += &format!("blocked   by input {input}\n");
+        text += &match input {
+            wire::UNWIRED => format!("blocked   {}\n", holds(input)),
+            input => format!("blocked   by input {input}\n"),
+        };
     }
     text
 }

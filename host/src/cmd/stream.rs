@@ -114,6 +114,7 @@ impl Stream {
             }
             return self.run_stored(&mut board, script, &compiled, &identity, console);
         };
+        stored::startable(&board.status()?)?;
         let fits = self.from_line == 1
             && self.from_place.is_none()
             && compiled.image.len() <= script::room_for(true);

@@ -21,7 +21,7 @@ use super::others::Others;
 use super::port::{Board, Port};
 use super::script::{self, Script};
 use crate::client::identity::Identity;
-use crate::client::status::long;
+use crate::client::status::{holds, long};
 use crate::client::trace::{LineOf, Tracer};
 use crate::failure::Failure;
 use crate::sim::trace::{Event, Status, What};
@@ -257,7 +257,7 @@ impl<'a> Session<'a> {
         while self.board.run_state()?.1 == runs {
             if begun.elapsed() > START_PATIENCE {
                 let status = self.board.status()?;
-                let held = status.blocked_by.map(|input| format!(", held by input {input}"));
+                let held = status.blocked_by.map(|input| format!(", {}", holds(input)));
                 let fault = status.fault.map(|fault| format!(", {fault}; Start acknowledges it"));
                 return Err(Failure::Board(format!(
                     "the program did not start; the board is {}{}{}",

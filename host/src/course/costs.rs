@@ -17,7 +17,8 @@ pub fn instruction_us(op: Op) -> u32 {
         Op::Tens | Op::WordTens => 7,
         // Beside the main loop's round, which a busy link makes longer.
         Op::ToSteps => 260,
-        Op::Err | Op::Erl | Op::ToLength => 210,
+        Op::Err => 180,
+        Op::Erl | Op::ToLength => 210,
         Op::Course => 310,
         _ => 6,
     }

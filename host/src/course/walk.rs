@@ -15,6 +15,7 @@ use lang::record::MachineRecord;
 use lang::vm::{Exit, State, Vm};
 
 use super::costs;
+use crate::interrupt;
 use crate::track::Track;
 
 /// Instructions between two effects: a program that computes longer than that is not followed.
@@ -172,7 +173,8 @@ impl Walk<'_> {
             let code = self.image.code.get(self.state.pc).copied().unwrap_or_default();
             self.thought_us = self.thought_us.saturating_add(costs::code_us(code));
             instructions += 1;
-            if instructions > MOST_INSTRUCTIONS || effects > MOST_EFFECTS {
+            // A user who wants an end gets no run that would need it.
+            if instructions > MOST_INSTRUCTIONS || effects > MOST_EFFECTS || interrupt::asked() {
                 return Err(Obstacle::Long);
             }
             let mut vm = Vm::new(self.image, &mut self.state, &mut self.pool);

@@ -6,6 +6,7 @@ use lang::front::parser::parse;
 use lang::front::words::Func;
 use lang::isa::Op;
 use lang::kind::Kind;
+use lang::trig;
 use lang::vm::math;
 
 use super::names::{Binding, Names};
@@ -28,7 +29,7 @@ pub fn eval(text: &str, line: u32, names: &Names, at: &Snapshot) -> Result<Value
         [stmt] => match &stmt.kind {
             StmtKind::Machine(machine) => match &**machine {
                 Machine::Print(parts) => match &parts[..] {
-                    [PrintPart::Value(expr)] => Some(expr),
+                    [PrintPart::Value(expr, None)] => Some(expr),
                     _ => None,
                 },
                 _ => None,
@@ -79,6 +80,14 @@ impl Scope<'_> {
             ExprKind::Axis(_) => Err("an axis has no value".to_owned()),
             ExprKind::Name(name) => self.named(&name.text, &[]),
             ExprKind::Apply(name, args) => {
+                if let (Some(func), None) =
+                    (Func::soft(&name.key), self.names.look(self.line, &name.text))
+                {
+                    return match args.len() == func.args().len() {
+                        true => self.builtin(func, args),
+                        false => Err(format!("its form is `{}`", func.usage())),
+                    };
+                }
                 let args = args.iter().map(|arg| Ok(self.expr(arg)?.1));
                 self.named(&name.text, &args.collect::<Result<Vec<_>, String>>()?)
             }
@@ -161,6 +170,18 @@ impl Scope<'_> {
                 .ok_or_else(|| format!("there is no {n}"))
         };
         match func {
+            Func::Sin => Ok((Kind::Number, trig::sin(value(0)?.1, trig::wide))),
+            Func::Cos => Ok((Kind::Number, trig::cos(value(0)?.1, trig::wide))),
+            Func::Atan2 => Ok((Kind::Angle, trig::atan2(value(0)?.1, value(1)?.1, trig::wide))),
+            Func::Scale => {
+                let gap = |from: usize, to: usize| {
+                    math::binary(Op::Sub, value(to)?.1, value(from)?.1).map_err(fault)
+                };
+                let (kind, low) = value(3)?;
+                let part =
+                    trig::mul_div(gap(1, 0)?, gap(3, 4)?, gap(1, 2)?, trig::wide).map_err(fault)?;
+                Ok((kind, math::binary(Op::Add, part, low).map_err(fault)?))
+            }
             Func::Abs => {
                 value(0).and_then(|(k, v)| Ok((k, math::unary(Op::Abs, v).map_err(fault)?)))
             }
@@ -184,6 +205,10 @@ impl Scope<'_> {
                 "a board does not show TIMER(): write `t = TIMER()` in the script and watch `t`"
                     .to_owned()
             }),
+            Func::Ain => {
+                Err("AIN() is not shown here: write `v = AIN(n)` in the script and watch `v`"
+                    .to_owned())
+            }
             Func::Count => match args.first().map(|arg| &arg.kind) {
                 Some(ExprKind::Name(name)) => match self.names.look(self.line, &name.text) {
                     Some(Binding::Table(kinds, values)) => {

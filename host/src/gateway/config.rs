@@ -191,8 +191,8 @@ impl Config {
     pub fn parse(file: &str, text: &str) -> Result<Config, Box<Note>> {
         let config: Config = toml::from_str(text).map_err(|error| {
             let at = error.span().map_or(0, |span| span.start);
-            let note = Note::error(file, code::GATEWAY, error.message().to_owned());
-            note.at(input::place(text, at))
+            let (words, hint) = cell::problem::of_toml(&error);
+            Note::error(file, code::GATEWAY, words).at(input::place(text, at)).hint(hint)
         })?;
         config.check().map_err(|Wrong(at, words)| {
             let at = text.find(&at).unwrap_or(0);
@@ -381,7 +381,7 @@ mod tests {
             (GOOD.replace("drill", "dr/ill"), (2, 8), "is no name of a board"),
             (format!("{GOOD}[[client]]\nfrom = \"hall\"\n"), (5, 8), "is no machine"),
             (format!("{GOOD}[[line]]\nport = \"COM9\"\n"), (4, 1), "no board is on COM9"),
-            (format!("{GOOD}colour = 3\n"), (4, 1), "unknown field"),
+            (format!("{GOOD}colour = 3\n"), (4, 1), "no key `colour`"),
             (format!("{GOOD}[[grbl]]\nboard = \"saw\"\n"), (4, 1), "there is no board `saw`"),
             (format!("{GOOD}[[grbl]]\nboard = \"drill\"\n"), (4, 1), "listen, port or pty"),
             (

@@ -121,9 +121,11 @@ impl Variable {
             Some(Kind::Speed) => ("mm/s", 0.001),
             Some(Kind::Accel) => ("mm/s2", 0.001),
             Some(Kind::Time) => ("s", 0.001),
+            Some(Kind::Angle) => ("deg", 0.001),
             Some(Kind::Steps) => ("steps", 1.0),
             Some(Kind::StepRate) => ("steps/s", 1.0),
             Some(Kind::StepAccel) => ("steps/s2", 1.0),
+            Some(Kind::Voltage) => ("V", 0.001),
             Some(Kind::Number | Kind::Truth) | None => ("", 1.0),
         }
     }
@@ -286,7 +288,8 @@ impl Book {
                 let known = self.known(board).ok_or(Exception::IllegalAddress)?;
                 let text = serde_json::to_vec(&known).map_err(|_| Exception::DeviceFailure)?;
                 let bytes = records_of(&text);
-                let range = 2 * usize::from(first)..2 * usize::from(first + count);
+                let first = usize::from(first);
+                let range = 2 * first..2 * (first + usize::from(count));
                 let data = bytes.get(range).ok_or(Exception::IllegalAddress)?;
                 let length = data.len() as u8;
                 Ok([&[READ_FILE, length + 2, length + 1, REFERENCE], data].concat())
@@ -410,6 +413,11 @@ mod tests {
                     break;
                 }
             }
+        }
+        // Beyond all that a file could have.
+        for first in [u16::MAX - 1, u16::MAX] {
+            let reply = book.answer(0, &read_request(1, first, 120));
+            assert_eq!(reply, Err(Exception::IllegalAddress), "{first}");
         }
         let text = text_of(&records).expect("whole");
         let known: Known = serde_json::from_slice(text).expect("JSON");

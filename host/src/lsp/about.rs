@@ -3,7 +3,7 @@
 use lang::fault::Fault;
 use lang::front::facts::Fact;
 use lang::front::index::{Sort, Symbol};
-use lang::front::words::{Reserved, lookup};
+use lang::front::words::{Func, Reserved, lookup};
 use lang::hir::Storage;
 use lang::kind::Kind;
 use lang::wire;
@@ -26,6 +26,10 @@ pub fn hover(document: &Document, position: Position) -> Option<Hover> {
             (kw.entry().usage.to_owned(), kw.entry().about.to_owned())
         }
         (None, Some(Reserved::Func(func))) => (func.usage().to_owned(), func.about().to_owned()),
+        (None, None) if Func::soft(word).is_some() => {
+            let func = Func::soft(word)?;
+            (func.usage().to_owned(), func.about().to_owned())
+        }
         (None, None) => port_of_profile(document, word).or_else(|| fault(word))?,
     };
     let value = format!("```pasapas\n{code}\n```\n{about}");
@@ -35,9 +39,16 @@ pub fn hover(document: &Document, position: Position) -> Option<Hover> {
     })
 }
 
-/// The line that declares a name.
+/// Characters of a declaration that are shown.
+const SHOWN: usize = 300;
+
+/// The line that declares a name, or its beginning.
 pub fn declaration(document: &Document, symbol: &Symbol) -> String {
-    document.line_of(symbol.name.span.start).to_owned()
+    let line = document.line_of(symbol.name.span.start);
+    match line.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}...", &line[..end]),
+        None => line.to_owned(),
+    }
 }
 
 /// A name's facts.

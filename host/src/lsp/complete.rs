@@ -1,5 +1,6 @@
 //! Completion: what may be written at a place.
 
+use lang::effect::Unit;
 use lang::front::index::Sort;
 use lang::front::token::{Sign, Tok};
 use lang::front::words::{ArgKind, Class, Func, Kw};
@@ -8,7 +9,7 @@ use lang::profile::BUILT_IN;
 use lsp_types::{CompletionItem, CompletionItemKind, Documentation, Position};
 
 use super::about;
-use super::document::Document;
+use super::document::{Document, MOST};
 use super::signature::{Call, Callee};
 
 /// What the text before the caret asks for.
@@ -171,6 +172,9 @@ fn place(document: &Document, start: u32) -> Place {
         ["ERROR", "ON"] => return Place::Words(vec!["GOTO", "STOP"]),
         ["EVERY", "ON"] => return Place::Value(Wants::Any),
         ["ON"] if words.len() == 1 => return Place::Words(vec!["ERROR", "IN", "EVERY"]),
+        ["IN", ..] if words[0] == "PRINT" && words.len() > 2 => {
+            return Place::Words(Unit::ALL.iter().map(|unit| unit.suffix()).collect());
+        }
         ["AS", ..] => return Place::Words(Kind::ALL.iter().map(|kind| kind.name()).collect()),
         ["GOTO", ..] => return Place::Target { subs: false },
         ["GOSUB", ..] => return Place::Target { subs: true },
@@ -246,7 +250,7 @@ fn names(document: &Document, offset: u32, wanted: impl Fn(Sort) -> bool) -> Vec
         detail: Some(about::declaration(document, symbol)),
         ..CompletionItem::default()
     };
-    seen.filter(|symbol| wanted(symbol.sort)).map(item).collect()
+    seen.filter(|symbol| wanted(symbol.sort)).take(MOST).map(item).collect()
 }
 
 /// Inputs (`false`) and outputs (`true`) that the profile names.

@@ -1,6 +1,6 @@
 //! Diagnostics, and their remedies as quick fixes.
 
-use lang::front::codes::Severity;
+use lang::front::codes::{Code, Severity};
 use lang::front::diag::{Diag, Fix};
 use lsp_types::{
     CodeAction, CodeActionKind, CodeActionOrCommand, Diagnostic, DiagnosticRelatedInformation,
@@ -11,6 +11,10 @@ use super::document::Document;
 
 /// What is wrong with a document.
 pub fn all(document: &Document) -> Vec<Diagnostic> {
+    if let Some(why) = document.unread() {
+        let (place, severity) = (Range::default(), DiagnosticSeverity::INFORMATION);
+        return vec![told(place, severity, Code::FileTooLarge.id(), why, None)];
+    }
     match document.imported() {
         Some(notes) => notes.iter().map(|note| of_import(document, note)).collect(),
         None => document.diags().iter().map(|diag| one(document, diag)).collect(),

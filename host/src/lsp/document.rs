@@ -17,6 +17,13 @@ use lsp_types::{Position, Range, Uri};
 use super::path;
 use crate::input;
 
+/// Bytes of the longest text that is read, and of its longest line. Of longer ones names, colours and values would take
+/// seconds and gigabytes at each key.
+const LONGEST: usize = 1 << 20;
+const LONGEST_LINE: usize = 20_000;
+/// Places and names that an answer holds at most.
+pub const MOST: usize = 5_000;
+
 /// An open document.
 pub struct Document {
     uri: Uri,
@@ -25,6 +32,7 @@ pub struct Document {
     index: Index,
     diags: Vec<Diag>,
     imported: Option<Vec<import::Diag>>,
+    unread: Option<String>,
     places: OnceCell<Vec<VarPlace>>,
 }
 
@@ -35,21 +43,37 @@ impl Document {
     pub fn new(uri: &Uri, text: String, profile: Option<&Profile>) -> Document {
         let path = path::of(uri);
         let name = path.rsplit('/').next().unwrap_or(&path);
+        if let Some(why) = too_large(&text, name) {
+            let mut document = Document::foreign(uri, name, text, Vec::new(), profile);
+            document.unread = Some(why);
+            return document;
+        }
         if import::is_importable(name, text.as_bytes()) {
             let options = import::Options { profile: profile.cloned(), ..Default::default() };
             let imported = match import::import(name, text.as_bytes(), &options) {
                 Ok(imported) => imported.notes,
                 Err(diags) => diags,
             };
-            let mut document =
-                Document::read(uri, Source::new(name, String::new()), Vec::new(), profile);
-            document.source = Source::new(name, text);
-            document.diags.clear();
-            document.imported = Some(imported);
-            return document;
+            return Document::foreign(uri, name, text, imported, profile);
         }
         let (source, decoding) = Source::decode(name, text.as_bytes());
         Document::read(uri, source, decoding, profile)
+    }
+
+    /// A text that is not read as BASIC.
+    fn foreign(
+        uri: &Uri,
+        name: &str,
+        text: String,
+        imported: Vec<import::Diag>,
+        profile: Option<&Profile>,
+    ) -> Document {
+        let empty = Source::new(name, String::new());
+        let mut document = Document::read(uri, empty, Vec::new(), profile);
+        document.source = Source::new(name, text);
+        document.diags.clear();
+        document.imported = Some(imported);
+        document
     }
 
     fn read(uri: &Uri, source: Source, decoding: Vec<Diag>, profile: Option<&Profile>) -> Document {
@@ -71,6 +95,7 @@ impl Document {
             index,
             diags: diags.into_sorted(),
             imported: None,
+            unread: None,
             places: OnceCell::new(),
         }
     }
@@ -100,7 +125,12 @@ impl Document {
         &self.diags
     }
 
-    /// What the import says, where it is the program of another system.
+    /// Why it is not read at all: it is too large.
+    pub fn unread(&self) -> Option<&str> {
+        self.unread.as_deref()
+    }
+
+    /// What the import says, where it is the program of another system; nothing where it is not read.
     pub fn imported(&self) -> Option<&[import::Diag]> {
         self.imported.as_deref()
     }
@@ -170,4 +200,19 @@ impl Document {
     pub fn line_of(&self, offset: u32) -> &str {
         self.source.line_text(self.source.line(offset)).trim()
     }
+}
+
+/// Why a text is too large for help while it is written.
+fn too_large(text: &str, name: &str) -> Option<String> {
+    let what = if text.len() > LONGEST {
+        format!("the file has {:.1} MB", text.len() as f64 / 1e6)
+    } else {
+        let longest = text.lines().map(str::len).max().filter(|length| *length > LONGEST_LINE)?;
+        format!("a line has {longest} characters")
+    };
+    Some(format!(
+        "{what}: the editor's help is for files up to {} MB with lines up to {LONGEST_LINE} characters; `pasapas check \
+         {name}` says what is wrong with it",
+        LONGEST >> 20
+    ))
 }

@@ -4,7 +4,7 @@ use lang::front::ast::{Block, Stmt, StmtKind};
 use lang::front::index::Sort;
 use lang::front::span::Span;
 use lang::front::token::Tok;
-use lang::front::words::{Class, Kw};
+use lang::front::words::{Class, Func, Kw};
 use lang::kind::Kind;
 use lsp_types::{
     FoldingRange, FoldingRangeKind, InlayHint, InlayHintKind, InlayHintLabel, Position, Range,
@@ -134,6 +134,7 @@ fn of_token(tok: Tok, text: &str) -> Option<(Paint, u32, u32)> {
         Tok::GWord | Tok::GLetter => plain(Paint::Gcode),
         // What stands here undeclared is an axis, or a name of the profile.
         Tok::Name if text.len() == 1 && "xyzXYZ".contains(text) => plain(Paint::Gcode),
+        Tok::Name if Func::soft(text).is_some() => Some((Paint::Function, BUILT_IN, 0)),
         Tok::Name => Some((Paint::Port, READONLY, 0)),
         Tok::Label | Tok::Sign(_) | Tok::LineEnd | Tok::Bad => None,
     }

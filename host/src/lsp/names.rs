@@ -8,7 +8,7 @@ use lsp_types::{
 };
 
 use super::diagnostics::edits;
-use super::document::Document;
+use super::document::{Document, MOST};
 
 fn at(document: &Document, position: Position) -> Option<Mention> {
     document.index().at(document.offset(position)).copied()
@@ -33,7 +33,7 @@ pub fn references(
     let places = places.filter(|m| declaration || m.span != declared);
     let location =
         |m: &Mention| Location { uri: document.uri().clone(), range: document.range(m.span) };
-    Some(places.map(location).collect())
+    Some(places.take(MOST).map(location).collect())
 }
 
 /// The same for the marks in the text, which tell reading from writing.
@@ -47,7 +47,7 @@ pub fn highlight(document: &Document, position: Position) -> Option<Vec<Document
             DocumentHighlightKind::READ
         }),
     };
-    Some(document.index().mentions_of(mention.symbol).map(mark).collect())
+    Some(document.index().mentions_of(mention.symbol).take(MOST).map(mark).collect())
 }
 
 /// The name that a rename at a place would change.
@@ -66,6 +66,9 @@ pub fn rename(document: &Document, position: Position, to: &str) -> Result<Works
     let mention = at(document, position)
         .ok_or_else(|| "nothing here has a name of the script's own".to_owned())?;
     document.index().may_rename(mention.symbol, to)?;
+    if document.index().mentions_of(mention.symbol).nth(MOST).is_some() {
+        return Err(format!("the name stands at more than {MOST} places: replace it by a search"));
+    }
     let edit = |m: &Mention| TextEdit { range: document.range(m.span), new_text: to.to_owned() };
     Ok(edits(document, document.index().mentions_of(mention.symbol).map(edit).collect()))
 }
@@ -84,14 +87,14 @@ pub fn outline(document: &Document) -> Vec<DocumentSymbol> {
     };
     let routine = |s: Sort| matches!(s, Sort::Sub | Sort::Function);
     let mut outline: Vec<DocumentSymbol> =
-        of(None).filter(|&n| !routine(index.symbols()[n].sort)).map(entry).collect();
-    for (n, routine) in document.analysis().script.routines.iter().enumerate() {
+        of(None).filter(|&n| !routine(index.symbols()[n].sort)).take(MOST).map(entry).collect();
+    for (n, routine) in document.analysis().script.routines.iter().enumerate().take(MOST) {
         let text = document.source();
         let end = text.line_start(routine.end_line.max(routine.line).saturating_add(1));
         let span = routine.span.to(Span::point(end.saturating_sub(1).max(routine.span.end)));
         let name = &routine.name;
         let mut whole = self::entry(document, &name.text, SymbolKind::FUNCTION, span, name.span);
-        whole.children = Some(of(Some(n)).map(entry).collect());
+        whole.children = Some(of(Some(n)).take(MOST).map(entry).collect());
         outline.push(whole);
     }
     outline

@@ -100,7 +100,9 @@ fn callee(document: &Document, token: Token) -> Option<Callee> {
         Tok::Func(func) => Some(Callee::Builtin(func)),
         Tok::Name | Tok::Kw(_) => {
             let key = token.span.of(document.source().text()).to_ascii_lowercase();
-            let symbol = document.index().look(None, &key)?;
+            let Some(symbol) = document.index().look(None, &key) else {
+                return Func::soft(&key).map(Callee::Builtin);
+            };
             let sort = document.index().symbols()[symbol].sort;
             matches!(sort, Sort::Sub | Sort::Function).then_some(Callee::Routine(symbol))
         }

@@ -1,5 +1,7 @@
 //! A session over the protocol, in memory.
 
+mod large;
+
 use lsp_server::{Connection, Message, Notification, Request, RequestId, Response};
 use serde_json::{Value, json};
 
@@ -230,6 +232,38 @@ fn remedies_come_as_quick_fixes() {
     editor.close();
 }
 
+/// The commonest slips: a comma, a unit, the end of a block.
+#[test]
+fn the_commonest_slips_are_mended_by_one_click() {
+    for (wrong, title, right) in [
+        ("MoveAxe X 10mm\n", "Insert `,`", "MoveAxe X, 10mm\n"),
+        ("SetOut 1 ON\n", "Insert `,`", "SetOut 1, ON\n"),
+        ("MoveAxe Y, -2\n", "Write `-2mm`", "MoveAxe Y, -2mm\n"),
+        ("MoveAxe Y, 2mm, 5\n", "Write `5mm/min`", "MoveAxe Y, 2mm, 5mm/min\n"),
+        ("Wait 500\n", "Write `500ms`", "Wait 500ms\n"),
+        ("REPEAT 3\n  Wait 1s", "Insert `END REPEAT`", "REPEAT 3\n  Wait 1s\nEND REPEAT"),
+        (
+            "DO\n  IF IN(3) THEN\n    Wait 1s\nLOOP\n",
+            "Insert `END IF`",
+            "DO\n  IF IN(3) THEN\n    Wait 1s\nEND IF\nLOOP\n",
+        ),
+    ] {
+        let mut editor = Editor::new();
+        editor.open(wrong);
+        let range = json!({
+            "start": { "line": 0, "character": 0 }, "end": { "line": 4, "character": 0 }
+        });
+        let params = json!({
+            "textDocument": { "uri": URI }, "range": range, "context": { "diagnostics": [] }
+        });
+        let actions = editor.ask("textDocument/codeAction", params);
+        assert_eq!(actions[0]["title"], title, "{wrong}: {actions}");
+        let edits = actions[0]["edit"]["changes"][URI].clone();
+        assert_eq!(edited(wrong, &edits), right);
+        editor.close();
+    }
+}
+
 #[test]
 fn signatures_follow_the_argument() {
     let mut editor = Editor::new();
@@ -258,7 +292,7 @@ fn signatures_follow_the_argument() {
 fn completion_knows_what_a_place_wants() {
     let mut editor = Editor::new();
     editor.open(
-        "DIM hole AS \nOUTPUT pump = 1\nTABLE pads = 1mm\nagain: \nGOTO \nPRINT POS(\nPRINT COUNT(\nMoveAxe \nEXIT \nON \nPROFILE \"\nSUB drill\nEND SUB\nGOSUB \nhole = \n",
+        "DIM hole AS \nOUTPUT pump = 1\nTABLE pads = 1mm\nagain: \nGOTO \nPRINT POS(\nPRINT COUNT(\nMoveAxe \nEXIT \nON \nPROFILE \"\nSUB drill\nEND SUB\nGOSUB \nhole = \nPRINT hole IN \nhole = Cos(\n",
     );
     let mut labels = |line, character| -> Vec<String> {
         let items = editor.at("textDocument/completion", line, character);
@@ -276,6 +310,11 @@ fn completion_knows_what_a_place_wants() {
     assert_eq!(labels(13, 6), ["drill", "again"]);
     let value = labels(14, 7);
     assert!(value.contains(&"pump".to_owned()) && !value.contains(&"drill".to_owned()));
+    assert!(value.contains(&"ATAN2".to_owned()));
+    let units = labels(15, 14);
+    assert!(units.contains(&"mm/min".to_owned()) && !units.contains(&"hole".to_owned()));
+    let hover = editor.at("textDocument/hover", 16, 8);
+    assert!(hover["contents"]["value"].as_str().is_some_and(|v| v.contains("COS(angle)")));
     editor.close();
 }
 

@@ -142,14 +142,12 @@ impl Feeders {
     /// Reads a file's text.
     ///
     /// # Errors
-    /// What is wrong and where: line and column from 1, words.
-    pub fn parse(text: &str, profile: &Profile) -> Result<Feeders, ((u32, u32), String)> {
-        let feeders: Feeders = toml::from_str(text).map_err(|error| {
-            let at = error.span().map_or(0, |span| span.start);
-            (crate::input::place(text, at), error.message().to_owned())
-        })?;
-        feeders.check(profile).map_err(|(at, words)| {
-            (crate::input::place(text, text.find(&at).unwrap_or(0)), words)
+    /// What is wrong and where.
+    pub fn parse(text: &str, profile: &Profile) -> Result<Feeders, shop::Wrong> {
+        let feeders: Feeders = toml::from_str(text).map_err(|error| shop::of_toml(text, &error))?;
+        feeders.check(profile).map_err(|(at, words)| shop::Wrong {
+            at: crate::input::place(text, text.find(&at).unwrap_or(0)),
+            ..shop::Wrong::whole(words, "")
         })?;
         Ok(feeders)
     }

@@ -57,7 +57,10 @@ fn mill() -> Profile {
 }
 
 fn feeders(text: &str) -> Result<Feeders, String> {
-    Feeders::parse(text, &mill()).map_err(|((line, _), words)| format!("{line}: {words}"))
+    Feeders::parse(text, &mill()).map_err(|wrong| {
+        let hint = if wrong.hint.is_empty() { String::new() } else { format!("; {}", wrong.hint) };
+        format!("{}: {}{hint}", wrong.at.0, wrong.text)
+    })
 }
 
 fn some(count: usize) -> Vec<Placed> {
@@ -118,7 +121,20 @@ fn feeders_fit_by_pattern_and_what_is_wrong_is_told_where_it_stands() {
             "board = -30\nturn = \"A\"",
             "4: turn = \"A\": the machine mill has no axis",
         ),
-        ("count = 20", "cuont = 20", "unknown field `cuont`"),
+        ("count = 20", "cuont = 20", "there is no key `cuont` here; `count` is the nearest key"),
+        ("vacuum = 3", "vacum = 3", "there is no key `vacum` here; `vacuum` is the nearest key"),
+        (
+            "kind = \"strip\"",
+            "kind = \"stripe\"",
+            "`stripe` is no word that stands here; `strip` is the nearest",
+        ),
+        (
+            "pulse_ms = 80",
+            "puls_ms = 80",
+            "there is no key `puls_ms` here; `pulse_ms` is the nearest key",
+        ),
+        ("clearance = 0", "clearance = \"0\"", "expected f64; a line is `key = value`"),
+        ("clearance = 0", "", "the key `clearance` is missing; add it"),
         ("count = 20\n", "", "R10k: a strip needs `count`"),
         ("second = [54, 160]", "second = [50, 160]", "the same place"),
         ("at = [60, 170]", "at = [60, 970]", "C100n: Y comes to 970"),

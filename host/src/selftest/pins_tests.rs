@@ -77,9 +77,12 @@ fn jumpers(words: &str, rig: &mut Rig, seeded: &Seeded) {
             vec![counted, Jumper::new(STEP, first), Jumper::new(STEP, second)]
         }
         _ if words.starts_with("DIR X") => vec![Jumper::new(dir, first), Jumper::new(STEP, second)],
-        _ if words.starts_with("output 2") => {
-            let stop = Jumper::new(pins.enable, pins.inputs[1]);
-            vec![stop, Jumper::new(pins.enable, first), Jumper::new(STEP, second)]
+        _ if words.starts_with("input 2") => {
+            vec![
+                Jumper::new(PWM, pins.inputs[1]),
+                Jumper::new(PWM, first),
+                Jumper::new(STEP, second),
+            ]
         }
         // Of the chain.
         _ if words.starts_with("output 1") => {
@@ -167,6 +170,15 @@ fn each_fault_at_a_pin_is_found_by_its_check() {
     // DIR comes with STEP.
     let report = measured(&Seeded { dir: STEP, ..WHOLE }, plan);
     assert!(bad(&report).contains(&"from DIR to STEP"), "{:#?}", report.rows);
+    // An emergency stop whose interrupt finds nothing, so that the millisecond stops: the jump that passes over the stop when no
+    // pin answers is always taken.
+    let deaf: Fault = |board| {
+        let stops = board.symbol("guard_trips").expect("a name");
+        let jump = board.peek16(stops - 2);
+        assert!([1, 7].contains(&(jump >> 10 & 7)), "JEQ, or JMP already: {jump:04X}");
+        board.poke16(stops - 2, jump | 7 << 10);
+    };
+    check(&Seeded { fault: deaf, ..WHOLE }, &["last step behind an emergency stop"]);
     // TB0CCR0: another period.
     let slow: Fault = |board| board.bus_write16(0x03D2, 0xC000);
     check(&Seeded { fault: slow, ..WHOLE }, &["pulses and period of the PWM"]);

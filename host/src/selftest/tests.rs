@@ -109,6 +109,25 @@ fn virtual_boards_keep_what_is_promised() {
     }
 }
 
+/// A board that was never told how it is wired is measured with a profile of the test's own, and is told nothing by it.
+#[test]
+fn a_board_without_a_profile_has_none_afterwards() {
+    let (rig, mut client) = board(&F5529, &wires(|_| None));
+    for place in F5529.part.profiles {
+        (place..)
+            .zip([0xFF; BoardRecord::SIZE])
+            .for_each(|(at, byte)| rig.borrow_mut().board().poke8(at, byte));
+    }
+    rig.borrow_mut().board().reset_pin();
+    client.find().expect("it answers");
+    assert_ne!(client.board_record().expect("its profile").flags & BoardRecord::UNWIRED, 0);
+    let plan = Plan { unplugged: false, jumpers: false, rates: false, ..ALL };
+    let report = measured(&mut client, plan).expect("it is measured");
+    assert_eq!(bad(&report), [""; 0], "{:#?}", report.rows);
+    assert_ne!(client.board_record().expect("its profile").flags & BoardRecord::UNWIRED, 0);
+    assert_eq!(client.status().expect("its state").blocked_by, Some(lang::wire::UNWIRED));
+}
+
 #[test]
 fn each_fault_is_found_by_its_check() {
     // A wire that is broken, one that goes elsewhere, and no emergency stop.
@@ -218,4 +237,64 @@ fn hands_are_seen() {
     let (_rig, mut client) = board(&F5529, &World::empty());
     let report = measured(&mut client, plan).expect("it is measured");
     assert_eq!(verdicts(&report), [false; 3], "{:#?}", report.rows);
+}
+
+/// A link that is at a standstill each time that an erase is asked for, as often as it says: the computer's clock goes on,
+/// the board's does not.
+struct Stalls {
+    link: InProcess,
+    times: u32,
+    left: Duration,
+    lag: Duration,
+}
+
+impl Link for Stalls {
+    fn send(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        let [a, b] = lang::wire::UPLOAD_CONTROL.to_be_bytes();
+        let replace = lang::wire::Upload::Replace as u8;
+        if self.times > 0 && bytes.get(1..6) == Some(&[6, a, b, 0, replace]) {
+            self.times -= 1;
+            self.left = Duration::from_millis(900);
+        }
+        self.link.send(bytes)
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> std::io::Result<usize> {
+        if self.left.is_zero() {
+            return self.link.receive(buffer, patience);
+        }
+        let waited = patience.min(self.left);
+        self.left -= waited;
+        self.lag += waited;
+        Ok(0)
+    }
+
+    fn now(&self) -> Duration {
+        self.link.now() + self.lag
+    }
+
+    fn pause(&mut self, time: Duration) {
+        self.link.pause(time);
+    }
+
+    fn set_mode(&mut self, mode: Mode) -> std::io::Result<bool> {
+        self.link.set_mode(mode)
+    }
+}
+
+/// How long an erase takes is the board's time: a computer that is busy for a while makes no flash slow. One that is slow
+/// each time is.
+#[test]
+fn a_busy_computer_makes_no_flash_slow() {
+    let plan = Plan { unplugged: false, rates: false, listen: Duration::from_millis(100), ..ALL };
+    for (times, good) in [(2, true), (u32::MAX, false)] {
+        let (_rig, client) = board(&G2553, &World::empty());
+        let link =
+            Stalls { link: client.into_link(), times, left: Duration::ZERO, lag: Duration::ZERO };
+        let mut client = Client::new(link, 1);
+        let report = run(&mut client, plan, &mut |_| {}, &mut |_| {}).expect("it is measured");
+        let row = report.rows.iter().find(|row| row.check == "erase of the program area");
+        let verdict = row.map(|row| row.verdict == Verdict::Good);
+        assert_eq!(verdict, Some(good), "{times}: {row:?}");
+    }
 }

@@ -5,6 +5,7 @@
 //! effect; both come back with a [`Step`]. The machine decides when an event handler is due, when
 //! a pause holds everything, and when the run is over; the engine owns the control flow.
 
+mod analog;
 pub(crate) mod axes;
 mod books;
 mod buttons;
@@ -41,6 +42,7 @@ use lang::effect::Effect;
 use lang::profile::Profile;
 use lang::record::MachineRecord;
 
+use self::analog::Analog;
 use self::axes::Axes;
 pub use self::axes::scaled;
 use self::buttons::Buttons;
@@ -64,6 +66,9 @@ use super::unattended::Unattended;
 use super::world::{Registers, Scenario, World};
 use super::{End, Options, SimError, Sink};
 
+/// Statements between two questions whether the user wants an end.
+const QUESTION: u64 = 4_096;
+
 /// See the module.
 pub struct Machine {
     profile: Profile,
@@ -85,6 +90,7 @@ pub struct Machine {
     search: Search,
     plant: Plant,
     inputs: Inputs,
+    analog: Analog,
     outputs: Outputs,
 }
 
@@ -120,11 +126,15 @@ impl Machine {
             search: Search::default(),
             plant: Plant::new(profile, &record, &scenario),
             inputs: Inputs::new(profile),
+            analog: Analog::new(profile),
             outputs: Outputs::new(profile),
             profile: profile.clone(),
             scenario,
         };
         machine.process();
+        for (n, on) in machine.analog.settle() {
+            machine.inputs.drive(n, on, 0);
+        }
         machine.inputs.settle();
         for n in machine.inputs.on() {
             machine.log.input(0, n, true);
@@ -141,8 +151,13 @@ impl Machine {
 
     /// `count` statements without effects are about to run.
     pub fn pass(&mut self, count: u32) {
+        let asked = self.clock.statements() / QUESTION;
         if let Some(to) = self.clock.pass(count) {
             self.advance_to(to);
+        }
+        // Where nothing happens nobody else looks.
+        if self.clock.statements() / QUESTION != asked {
+            self.look_for_interruption();
         }
     }
 

@@ -25,7 +25,7 @@ use self::around::Around;
 use self::pieces::Pieces;
 use super::log::Log;
 use super::record::StopReason;
-use super::scene::{Rest, Scene};
+use super::scene::{Rest, Scene, filters_us};
 use super::step::Step;
 use super::view::{AxisView, View};
 use super::world::{Action, Registers, Scenario, World, WorldError};
@@ -34,10 +34,8 @@ use super::{End, Options, SimError, Sink, told};
 /// From power-up to the first statement, us: the board has booted, filters have settled, and nobody waits for a host
 /// that takes what is printed.
 const BOOT_US: u64 = 700_000;
-/// The world's inputs at time 0 come so long before, us: longer than any filter.
-const FILTERS_US: u64 = 60_000;
 /// Passes of the machine between two questions whether the user wants an end.
-const QUESTION: u32 = 4_096;
+const QUESTION: u32 = 64;
 /// Bytes kept of a printed line.
 const LONGEST: usize = 4_096;
 
@@ -145,10 +143,15 @@ impl Native {
 
     /// From power-up to the first statement.
     fn boot(&mut self) -> Result<(), SimError> {
-        self.wait(BOOT_US - FILTERS_US);
+        let filters = filters_us(&self.profile);
+        self.wait(BOOT_US - filters);
         for action in self.scene.scenario.advance(0)? {
             match action {
                 Action::Input { n, .. } if !self.scene.has_role(n) => {
+                    self.board.disturb();
+                    self.scene.apply(action, &mut self.board.plant_mut());
+                }
+                Action::Analog { .. } => {
                     self.board.disturb();
                     self.scene.apply(action, &mut self.board.plant_mut());
                 }
@@ -156,7 +159,7 @@ impl Native {
             }
         }
         self.scene.place_probe(&mut self.board.plant_mut());
-        self.wait(FILTERS_US);
+        self.wait(filters);
         self.board.desk().drive(&self.profile);
         self.board.controller_mut().begin_at(driven::IMAGE);
         self.board.controller_mut().vm.flags |= flag::WITHIN;

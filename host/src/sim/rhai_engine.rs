@@ -21,8 +21,8 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use lang::hir::{Program, Storage};
-use rhai::{Array, Engine, EvalAltResult, OptimizationLevel, Scope};
+use lang::hir::{Program, Storage, Var};
+use rhai::{Array, Dynamic, Engine, EvalAltResult, OptimizationLevel, Scope};
 
 use self::runtime::{Final, Runtime};
 use super::chain::{Chain, RUN_STATEMENTS};
@@ -169,14 +169,21 @@ fn execute(
 fn share(
     program: &Program,
     registers: &Registers,
-    keeps: &BTreeMap<usize, i32>,
+    keeps: &BTreeMap<usize, Vec<i32>>,
     scope: &mut Scope<'_>,
 ) {
     for (index, var) in program.vars.iter().enumerate() {
         let name = format!("v{index}");
         let first = match var.storage {
             Storage::Keep(_) => {
-                scope.push(name, keeps.get(&index).copied().unwrap_or(0));
+                let mut values = keeps.get(&index).cloned().unwrap_or_default();
+                values.resize(var.len as usize, 0);
+                match var.array {
+                    true => {
+                        scope.push(name, values.into_iter().map(Dynamic::from).collect::<Array>())
+                    }
+                    false => scope.push(name, values[0]),
+                };
                 continue;
             }
             Storage::At(first) => first,
@@ -193,12 +200,22 @@ fn share(
 }
 
 /// The KEEP values, by the numbers of their variables.
-fn kept(program: &Program, scope: &Scope<'_>) -> BTreeMap<usize, i32> {
+fn kept(program: &Program, scope: &Scope<'_>) -> BTreeMap<usize, Vec<i32>> {
     let keeps = program.vars.iter().enumerate();
     keeps
         .filter(|(_, var)| matches!(var.storage, Storage::Keep(_)))
-        .map(|(index, _)| (index, scope.get_value(&format!("v{index}")).unwrap_or(0)))
+        .map(|(index, var)| (index, values(var, index, scope)))
         .collect()
+}
+
+/// The values of a variable at the end of a run.
+fn values(var: &Var, index: usize, scope: &Scope<'_>) -> Vec<i32> {
+    let name = format!("v{index}");
+    if !var.array {
+        return vec![scope.get_value::<i32>(&name).unwrap_or(0)];
+    }
+    let cells = scope.get_value::<Array>(&name).unwrap_or_default();
+    cells.iter().map(|cell| cell.as_int().unwrap_or(0)).collect()
 }
 
 fn innermost(error: &EvalAltResult) -> &EvalAltResult {
@@ -210,19 +227,13 @@ fn innermost(error: &EvalAltResult) -> &EvalAltResult {
 
 /// Final values of globals and KEEPs.
 fn variables(program: &Program, scope: &Scope<'_>) -> Vec<VarValue> {
-    let mut values = Vec::new();
+    let mut list = Vec::new();
     for (index, var) in program.vars.iter().enumerate() {
         if matches!(var.storage, Storage::Local(_)) || var.name.contains(' ') {
             continue;
         }
-        let name = format!("v{index}");
-        let list = if var.array {
-            let cells = scope.get_value::<Array>(&name).unwrap_or_default();
-            cells.iter().map(|cell| cell.as_int().unwrap_or(0)).collect()
-        } else {
-            vec![scope.get_value::<i32>(&name).unwrap_or(0)]
-        };
-        values.push(VarValue { name: var.name.clone(), values: list });
+        let values = values(var, index, scope);
+        list.push(VarValue { name: var.name.clone(), values });
     }
-    values
+    list
 }

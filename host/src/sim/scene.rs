@@ -13,6 +13,13 @@ use super::world::{Action, Button, Registers, Scenario, World, WorldError};
 /// Where a reference switch stands when the world does not say: this far away, um.
 pub const SWITCH_AWAY_UM: i64 = 20_000;
 
+/// How long what is at the inputs of a machine takes through every filter, us: 50 ms at contacts; of an analog input ten times
+/// the time constant.
+pub fn filters_us(profile: &Profile) -> u64 {
+    let slowest = profile.analogs.iter().map(|analog| analog.slowest_ms()).max();
+    (u64::from(slowest.unwrap_or(0)) * 10_000).max(60_000)
+}
+
 /// What an action leaves to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rest {
@@ -172,6 +179,13 @@ impl Scene {
             }
             (Action::Button { button: Button::Stop, down }, _) => {
                 plant.press_stop(down);
+                Rest::Nothing
+            }
+            (Action::Analog { n, mv }, _) => {
+                let place = usize::try_from(n - 1).ok();
+                if let Some(input) = place.and_then(|n| plant.analog.get_mut(n)) {
+                    *input = mv;
+                }
                 Rest::Nothing
             }
             (Action::EmergencyStop, Some(n)) => set_input(n, true, plant),

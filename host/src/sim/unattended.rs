@@ -39,7 +39,9 @@ impl Unattended {
             ));
         }
         for (axis, own) in program.profile.axes() {
-            if self.switches[axis.index()].is_none() {
+            // What MoveSpeed drives is a belt or a turntable, which has no end.
+            let endless = program.routines.iter().any(|routine| runs_on(&routine.body, axis));
+            if self.switches[axis.index()].is_none() && !endless {
                 notes.extend(self.travel_note(axis, own, &program.profile.name));
             }
         }
@@ -63,7 +65,8 @@ impl Unattended {
         if greatest - least > last - first {
             let span = mm(last - first);
             return Some(format!(
-                "{reach}: `{machine}` has a travel of {span} mm, it does not fit"
+                "{reach}: `{machine}` has a travel of {span} mm, it does not fit; make it smaller, or name a machine \
+                 with that travel by PROFILE or --profile"
             ));
         }
         let zero = if least < first { first - least } else { last - greatest };
@@ -91,6 +94,14 @@ pub fn switches(chain: &Chain<'_>, options: &Options) -> Result<[Option<i32>; 3]
         Options { record: false, statements: LOOK_AHEAD.min(options.statements), ..*options };
     let outcome = run_chain(chain, Engine::Rhai, &World::unattended(), &options, Box::new(|_| {}))?;
     Ok(outcome.unattended.switches)
+}
+
+/// Whether a MoveSpeed drives the axis.
+fn runs_on(block: &Block, axis: Axis) -> bool {
+    block.iter().any(|stmt| {
+        matches!(&stmt.kind, StmtKind::MoveSpeed { axis: own, .. } if *own == axis)
+            || stmt.kind.blocks().into_iter().any(|block| runs_on(block, axis))
+    })
 }
 
 /// Blocks nest at most as deep as the parser lets them.

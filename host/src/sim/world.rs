@@ -50,6 +50,13 @@ pub enum Action {
         /// Down.
         down: bool,
     },
+    /// The voltage at an analog input, from 1.
+    Analog {
+        /// Its number.
+        n: i32,
+        /// mV, 0 to 3300.
+        mv: u16,
+    },
     /// The emergency stop is pressed.
     EmergencyStop,
     /// The host sends a synchronisation character.
@@ -317,6 +324,10 @@ impl Scenario {
                 Job::Release(button) => self.plan.borrow_mut().release(button),
                 Job::Press(button, hold_us) => self.plan.borrow_mut().press(button, hold_us),
                 Job::Act(action) => self.plan.borrow_mut().act(action),
+                // One step gives way to the next: there cannot be more than before.
+                Job::Ramp(place, number) => {
+                    let _planned = self.plan.borrow_mut().climb(place, number);
+                }
             }
         }
     }

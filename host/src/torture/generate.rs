@@ -92,7 +92,7 @@ fn write(data: &[u16], still: bool, part: Part) -> Case {
 }
 
 impl Writer<'_> {
-    fn has(&self, wanted: u16) -> bool {
+    pub(super) fn has(&self, wanted: u16) -> bool {
         self.part.features & wanted != 0
     }
 
@@ -111,7 +111,8 @@ impl Writer<'_> {
         let errors = self.tape.chance(9) && self.has(feature::LINES);
         let first = self.tape.of(&["", "", " = 3", " = -1 + 6"]);
         self.line(&format!("DIM va{first}, vb, vc, len AS LENGTH, ia, ib"));
-        self.line(&format!("DIM {TIMER} AS TIMER"));
+        let again = if self.has(feature::RETRY) { ", again" } else { "" };
+        self.line(&format!("DIM {TIMER} AS TIMER{again}"));
         if self.arrays {
             let values = self.tape.of(&["", "", " = 7, va", " = 1, 2, vb - 1"]);
             self.line(&format!("DIM cells(3){values}"));
@@ -191,6 +192,11 @@ impl Writer<'_> {
             self.line("oops:");
             self.line("PRINT \"F\"; ERR; \" \"; ERL");
             self.handled();
+            if self.has(feature::RETRY) && self.tape.chance(5) {
+                // Some failures go when a variable changes; others are given up.
+                self.one_of(&["vb = vb + 1", "va = va / 2", "len = 1mm"]);
+                self.line("again = again + 1\nIF again < 6 THEN RESUME");
+            }
             self.one_of(&["RESUME NEXT", "RESUME NEXT", "GOTO fin", "END"]);
             self.in_handler = false;
         }
@@ -381,10 +387,11 @@ impl Writer<'_> {
                 self.line(&format!("{name} = {name} {step}"));
             }
             8 | 9 => {
-                let value = match self.tape.pick(4) {
+                let value = match self.tape.pick(if self.has(feature::MATHS) { 6 } else { 4 }) {
                     0 => self.length(1),
                     1 => self.steps(),
                     2 => self.truth(1),
+                    4 | 5 => self.shown(),
                     _ => self.number(2),
                 };
                 self.line(&format!("PRINT \"p\"; {value}"));

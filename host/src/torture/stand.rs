@@ -79,14 +79,16 @@ pub struct Stand {
 }
 
 impl Stand {
-    /// A board with the shipped firmware of a build and no program, powered up.
+    /// A board with the shipped firmware of a build, the profile `mill` and no program, powered up.
     ///
     /// # Errors
     /// The shipped firmware is damaged.
     pub fn new(build: &Build, config: &Config) -> Result<Stand, String> {
         let image = build.image().map_err(|error| error.to_string())?;
         let config = Config { part: build.chip.clone(), ..config.clone() };
-        let mut stand = Stand { board: Board::with_config(&config, &image), patience_us: 0 };
+        let mut board = Board::with_config(&config, &image);
+        crate::board::tell_default(build, &mut board);
+        let mut stand = Stand { board, patience_us: 0 };
         stand.expects(0);
         stand.board.run_us(BOOT_US);
         Ok(stand)

@@ -73,10 +73,14 @@ fn with<T>(bench: &Bench, job: impl FnOnce(&mut Setup) -> Result<T, String>) -> 
 }
 
 fn shown(bench: &Bench, folder: &std::path::Path) -> Value {
-    match &*lock(&bench.setup) {
+    let mut value = match &*lock(&bench.setup) {
         Some(setup) => setup.shown(),
         None => setup::choices(folder),
-    }
+    };
+    // The chip of the board that answers: its picture is the one that helps.
+    let picture = bench.helm.picture().1;
+    value["chip"] = picture.identity.as_ref().map(|own| own.part().chip.name).into();
+    value
 }
 
 /// The emergency stop was tried: the board itself must say so.

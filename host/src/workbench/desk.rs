@@ -3,6 +3,7 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use lang::profile::Profile;
 use lsp_server::{Connection, Message, Notification, Request, RequestId};
@@ -41,6 +42,8 @@ pub struct Desk {
     file: Option<PathBuf>,
     /// What the file held when it was last read or written.
     on_disk: String,
+    /// Time and length of the file at the last look: a long one is read again only when they change.
+    seen: Option<(SystemTime, u64)>,
     conflict: bool,
     /// See [`uri`].
     uri: String,
@@ -77,7 +80,8 @@ impl Desk {
         let saved = file.as_deref().is_some_and(Path::exists);
         let on_disk = if saved { text.clone() } else { String::new() };
         let uri = uri(file.as_deref());
-        let desk = Desk { number: 1, text, file, on_disk, conflict: false, uri, lsp, capabilities };
+        let (number, seen, conflict) = (1, None, false);
+        let desk = Desk { number, text, file, on_disk, seen, conflict, uri, lsp, capabilities };
         desk.note(
             "textDocument/didOpen",
             json!({ "textDocument": {
@@ -95,7 +99,13 @@ impl Desk {
             text: self.text.clone(),
             dirty: self.text != self.on_disk,
             conflict: self.conflict,
+            fixed: self.is_fixed(),
         }
+    }
+
+    /// Whether the text is too long to be changed by a page.
+    const fn is_fixed(&self) -> bool {
+        self.text.len() > LONGEST
     }
 
     /// The text.
@@ -122,10 +132,13 @@ impl Desk {
     /// Takes another text that was made from number `base`.
     ///
     /// # Errors
-    /// Another one was made from it meanwhile, or it is too long.
+    /// Another one was made from it meanwhile, or one of them is too long.
     pub fn set(&mut self, base: u64, text: String) -> Result<(), String> {
         if base != self.number {
             return Err("the script was changed by another page meanwhile".to_owned());
+        }
+        if self.is_fixed() {
+            return Err("this script is too long to be changed here".to_owned());
         }
         if text.len() > LONGEST {
             return Err(format!(
@@ -138,6 +151,7 @@ impl Desk {
 
     fn replace(&mut self, text: String) {
         self.number += 1;
+        self.seen = None;
         self.text = text;
         self.refresh();
     }
@@ -156,9 +170,14 @@ impl Desk {
     /// Looks whether another program changed the file; a text without changes of its own follows it.
     /// Whether there is something to tell.
     pub fn look(&mut self) -> bool {
-        let Some(disk) = self.file.as_deref().and_then(|file| read(file).ok()) else {
+        let Some(file) = self.file.as_deref() else { return false };
+        let about = fs::metadata(file).and_then(|own| Ok((own.modified()?, own.len())));
+        let about = about.ok().filter(|(_, length)| *length > LONGEST as u64);
+        if about.is_some() && about == self.seen {
             return false;
-        };
+        }
+        let Ok(disk) = read(file) else { return false };
+        self.seen = about;
         if disk == self.on_disk {
             return false;
         }

@@ -7,8 +7,11 @@ use std::path::{Path, PathBuf};
 
 use crate::input;
 
-/// Longest script that a page may send: what the compiler takes at most is far less.
+/// Longest script that a page may send, bytes. Jobs that are larger than a board's memory are longer; up to
+/// [`LARGEST`] pages show, simulate and stream them as they are.
 pub const LONGEST: usize = 512 << 10;
+/// Longest script that is opened, bytes.
+pub const LARGEST: usize = 4 << 20;
 
 /// The text of a file, and the script's file that it belongs to: a program of another system becomes a
 /// new script beside it, whose name is free.
@@ -33,9 +36,9 @@ pub(super) fn text_of(name: &str, bytes: &[u8]) -> Result<String, String> {
     } else {
         decoded(name, bytes)?
     };
-    if text.len() > LONGEST {
+    if text.len() > LARGEST {
         return Err(format!(
-            "{name} makes a script of {} bytes, the workbench takes {LONGEST}: `pasapas sim {name}` \
+            "{name} makes a script of {} bytes, the workbench takes {LARGEST}: `pasapas sim {name}` \
              shows it, `pasapas stream {name}` runs it",
             text.len()
         ));
@@ -65,7 +68,7 @@ pub(super) fn is_new_script(name: &str) -> bool {
 
 pub(super) fn read(file: &Path) -> Result<String, String> {
     let name = file.display().to_string();
-    let bytes = input::read_bytes(&name, LONGEST).map_err(|note| note.line())?;
+    let bytes = input::read_bytes(&name, LARGEST).map_err(|note| note.line())?;
     decoded(&name, &bytes)
 }
 

@@ -390,6 +390,8 @@ pub struct Text {
     pub dirty: bool,
     /// The file was changed by another program meanwhile.
     pub conflict: bool,
+    /// It is too long to be changed by a page.
+    pub fixed: bool,
 }
 
 /// How things stand.

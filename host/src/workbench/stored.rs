@@ -14,7 +14,7 @@ use super::programs::OnBoard;
 use super::session::Answer;
 use crate::client::ClientError;
 use crate::client::identity::{differences, most_cells};
-use crate::client::status::long;
+use crate::client::status::{holds, long};
 use crate::helm::{Board, Debug};
 use crate::trial::Loaded;
 
@@ -50,7 +50,7 @@ impl Ask<'_> {
                     let status = board.status().map_err(words)?;
                     Err(match status.blocked_by {
                         Some(input) => {
-                            format!("the board cannot do that now: input {input} holds it")
+                            format!("the board cannot do that now: {}", holds(input))
                         }
                         None => "the board cannot do that now: an axis moves".to_owned(),
                     })

@@ -340,7 +340,7 @@ fn profiles_are_listed_shown_and_found_beside_the_script() {
     let (code, lines) = bench.json(&["profile", "list", "--format", "json"]);
     assert_eq!(code, 0);
     let names: Vec<&str> = lines.iter().filter_map(|line| line["name"].as_str()).collect();
-    assert_eq!(names, ["mill", "charly", "thesis", "laser"]);
+    assert_eq!(names, ["mill", "charly", "thesis", "laser", "picker"]);
     let mill = bench.run(&["profile", "show", "mill"]).out;
     let own = mill.replace("name = \"mill\"", "name = \"own\"").replace("um = 4000", "um = 8000");
     bench.file("own.toml", own).file("a.bas", format!("PROFILE \"own\"\n{GOOD}"));

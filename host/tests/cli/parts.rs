@@ -72,6 +72,16 @@ fn sim_shows_the_speeds_of_the_part_that_runs_the_script() {
     assert_eq!(places, ["all.bas:4:1", "all.bas:2:1", "all.bas:1:1"], "{}", refused.err);
     assert!(refused.err.contains("`--part g2553-handlers` has it"), "{}", refused.err);
     assert!(refused.err.contains("`--part f5529` has it"), "{}", refused.err);
+    bench.file("turn.bas", "DIM a AS ANGLE\nON ERROR GOTO h\nPRINT SIN(a)\nEND\nh: RESUME\n");
+    let refused = bench.run(&["check", "turn.bas", "--part", "g2553-handlers"]);
+    assert!(refused.err.contains("turn.bas:3:1: error[B008]"), "{}", refused.err);
+    assert!(refused.err.contains("SIN, COS, ATAN2 and SCALE"), "{}", refused.err);
+    assert!(
+        refused.err.contains("turn.bas:5:") && refused.err.contains("RESUME, which"),
+        "{}",
+        refused.err
+    );
+    assert_eq!(bench.run(&["check", "turn.bas"]).code, 0, "another part runs it");
     let long = (0..600).map(|n| format!("MoveAxe X, {}.{}37mm, {}st/s\n", n % 90, n % 9, 1001 + n));
     bench.file("long.bas", long.collect::<String>());
     let refused = bench.run(&["check", "long.bas", "--part", "g2553"]);

@@ -223,7 +223,9 @@ fn every_main_job_is_done_by_keys_alone() -> Outcome<()> {
     page.to("#outputs .port:nth-child(2)")?;
     page.space()?;
     stand.board()?.until("output 2", |own| own.outputs == [2])?;
-    page.to("#inputs .port:nth-child(3)")?;
+    page.to("#inputs summary")?;
+    page.enter()?;
+    page.to("[aria-label^='Input 3']")?;
     page.space()?;
     stand.board()?.until("input 3", |own| own.inputs.contains(&3))?;
     // A point is taught, and a pattern inserted.
@@ -330,10 +332,10 @@ fn a_screen_reader_is_told_every_part_and_what_changes() -> Outcome<()> {
     assert!(
         page.states("button")?
             .lines()
-            .any(|line| line.starts_with("Input 1") && line.ends_with("pressed=true"))
+            .any(|line| line.starts_with("Input 5") && line.ends_with("pressed=true"))
     );
     // What goes wrong is read out at once.
-    page.eval("document.querySelector('#probe-way').value = ''; document.querySelector('[aria-label=\"Go X\"]').click()")?;
+    page.eval("document.querySelector('#probe-way').value = ''; document.querySelector('[aria-label=\"Go to X\"]').click()")?;
     page.wait("document.querySelector('#notes [role=alert]') !== null", PATIENCE)?;
     assert!(page.roles()?.contains("alert"), "an error is not read out");
     for (address, wanted) in [

@@ -45,6 +45,9 @@ fn every_part_fits_every_screen_in_both_themes() -> Outcome<()> {
                 assert!(wide <= u64::from(width), "{tab} is {wide} wide on a screen of {width}");
                 let stop = page.eval("(() => { const r = document.querySelector('#stop').getBoundingClientRect(); return r.x >= 0 && r.right <= innerWidth && r.bottom <= innerHeight && r.height >= 40 })()")?;
                 assert_eq!(stop, true, "Stop is not in sight at {width}");
+                // One button of a panel is the main one.
+                let main = page.eval("[...document.querySelectorAll('main > section')].map(own => [...own.querySelectorAll('.main')].filter(button => button.checkVisibility()).length).every(count => count <= 1)")?;
+                assert_eq!(main, true, "two main buttons in {tab}");
                 let theme = if dark { "dark" } else { "light" };
                 picture(&page, &format!("{tab}-{width}-{theme}"))?;
             }

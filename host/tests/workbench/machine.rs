@@ -153,22 +153,24 @@ fn axes_are_referenced_sent_and_zeroed_and_ports_are_switched() -> Outcome<()> {
     assert_eq!(stand.board()?.x()?, 1250, "zeroing moves nothing");
     // Beyond its travel a homed axis does not go, and the page says so.
     page.eval("document.querySelector('[aria-label=\"Go to X, mm\"]').value = -500")?;
-    page.push("[aria-label='Go X']")?;
+    page.push("[aria-label='Go to X']")?;
     page.says("#notes", "would leave its travel")?;
     assert_eq!(stand.board()?.x()?, 1250);
-    page.click("#outputs .port:nth-child(3)")?;
+    page.click("#outputs summary")?;
+    page.click("#inputs summary")?;
+    page.click("[aria-label^='Output 3']")?;
     stand.board()?.until("output 3", |status| status.outputs == [3])?;
     page.wait(
-        "document.querySelector('#outputs .port:nth-child(3)').ariaPressed === 'true'",
+        "document.querySelector('[aria-label^=\"Output 3\"]').ariaPressed === 'true'",
         PATIENCE,
     )?;
-    page.click("#outputs .port:nth-child(3)")?;
+    page.click("[aria-label^='Output 3']")?;
     stand.board()?.until("no output", |status| status.outputs.is_empty())?;
     // A real input is forced, and set free again.
-    page.click("#inputs .port:nth-child(5)")?;
+    page.click("[aria-label^='Input 5']")?;
     stand.board()?.until("input 5", |status| status.inputs.contains(&5))?;
-    page.click("#inputs .port:nth-child(5)")?;
-    page.click("#inputs .port:nth-child(5)")?;
+    page.click("[aria-label^='Input 5']")?;
+    page.click("[aria-label^='Input 5']")?;
     stand.board()?.until("no input", |status| status.inputs.is_empty())?;
     Ok(())
 }
@@ -192,7 +194,7 @@ fn a_field_without_a_number_moves_nothing() -> Outcome<()> {
             page.eval(&format!("document.querySelector({field:?}).value = {wrong:?}"))?;
             page.eval(&format!("document.querySelector({field:?}).focus()"))?;
             page.press("Enter", "Enter", 13, "\r", 0)?;
-            page.click(&format!("[aria-label='Go {axis}']"))?;
+            page.click(&format!("[aria-label='Go to {axis}']"))?;
             page.says("#notes", "a number of mm")?;
         }
         page.eval("document.querySelector('#probe-way').value = ''")?;

@@ -220,3 +220,43 @@ fn thousands_of_requests_leave_nothing_behind() -> Outcome<()> {
     assert!(after.threads <= tool.threads + 2, "the tool keeps threads: {tool:?} {after:?}");
     Ok(())
 }
+
+/// ms from a key to the frame that shows it, the one in the middle.
+fn key(text: &str) -> Outcome<Option<f64>> {
+    let Some(stand) = Stand::start(text, &[])? else { return Ok(None) };
+    let page = stand.page()?;
+    page.wait("document.querySelector('.ed .text').textContent.length > 10", PATIENCE)?;
+    // Until what the first text set going is over.
+    std::thread::sleep(std::time::Duration::from_secs(5));
+    page.eval("(() => { const t = document.querySelector('.ed .text'); t.focus(); getSelection().collapse(document.createTreeWalker(t, NodeFilter.SHOW_TEXT).nextNode(), 5); window.took = [];
+        addEventListener('keydown', () => { const begun = performance.now(); requestAnimationFrame(() => { const { port1, port2 } = new MessageChannel(); port1.onmessage = () => took.push(performance.now() - begun); port2.postMessage(0); }); }, true); })()")?;
+    for n in 0..25 {
+        page.type_text(if n == 0 { "'" } else { "x" })?;
+        std::thread::sleep(std::time::Duration::from_millis(100));
+    }
+    let took: Vec<f64> =
+        serde_json::from_value(page.eval("took")?).map_err(|error| error.to_string())?;
+    let mut took = took;
+    took.sort_by(f64::total_cmp);
+    Ok(Some(took[took.len() / 2]))
+}
+
+/// A key is shown as soon in a script of 25 000 lines as in one of twelve, but for what reading it takes. How
+/// loaded the machine is changes all of them: their ratios are what holds.
+#[test]
+fn a_key_is_shown_soon_in_a_long_script() -> Outcome<()> {
+    let script = |lines: u32| {
+        let lines = (0..lines).map(|n| format!("G1 X{} Y{} F600\n", n % 100, n * 7 % 90));
+        format!("DIM n\n{}", lines.collect::<String>())
+    };
+    let mut took = Vec::new();
+    for lines in [12, 2_000, 25_000] {
+        let Some(ms) = key(&script(lines))? else { return Ok(()) };
+        took.push(ms);
+    }
+    eprintln!("ms from a key to its frame with 12, 2 000 and 25 000 lines: {took:?}");
+    // 16, 40 and 60 ms are wanted of a machine that does nothing else.
+    let least = took[0].max(16.0);
+    assert!(took[1] < 3.0 * least && took[2] < 6.0 * least, "{took:?}");
+    Ok(())
+}

@@ -8,12 +8,12 @@ use crate::stand::{PATIENCE, Stand};
 const SCRIPT: &str =
     "INPUT part = 3\nSetOut 1, ON\nWaitIn part, ON\nWait 500ms\nSetOut 1, OFF\nPRINT \"has it\"\n";
 
-/// A place on the timeline: the row, and the part of its length.
+/// A place on the timeline: the row below that of the lines, and the part of its length.
 fn place(page: &Page, row: usize, part: f64) -> Outcome<(f64, f64)> {
     page.centre("#rows")?;
     let at = page.eval("(() => { const r = document.querySelector('#rows').getBoundingClientRect(); return [r.x, r.y, r.width] })()")?;
     let at = [0, 1, 2].map(|n| at[n].as_f64().unwrap_or(0.0));
-    Ok((at[0] + 90.0 + part * (at[2] - 98.0), at[1] + 4.0 + 18.0 * row as f64 + 8.0))
+    Ok((at[0] + 90.0 + part * (at[2] - 98.0), at[1] + 4.0 + 18.0 * (row + 1) as f64 + 8.0))
 }
 
 #[test]

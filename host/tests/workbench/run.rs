@@ -50,9 +50,10 @@ fn a_fault_is_told_with_line_cause_and_remedy() -> Outcome<()> {
     page.says("#run-state", "ready")?;
     // With the input closed by a click the same program runs to its end.
     page.tab("machine")?;
-    page.click("#inputs .port:nth-child(3)")?;
+    page.eval("document.querySelector('#inputs details').open = true")?;
+    page.click("[aria-label^='Input 3']")?;
     page.wait(
-        "document.querySelector('#inputs .port:nth-child(3)').ariaPressed === 'true'",
+        "document.querySelector('[aria-label^=\"Input 3\"]').ariaPressed === 'true'",
         PATIENCE,
     )?;
     page.tab("run")?;

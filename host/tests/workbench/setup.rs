@@ -47,6 +47,20 @@ fn a_machine_is_set_up_step_by_step_left_and_taken_up_again() -> Outcome<()> {
     }
     page.window(1440, 900, false)?;
     page.wait("document.querySelectorAll('svg.chip').length === 2", PATIENCE)?;
+    // The picture of the chip that is connected is open.
+    page.wait(
+        "document.querySelector('#step details[open] > summary').textContent === 'MSP430F5529'",
+        PATIENCE,
+    )?;
+    // One may look ahead and come back; nothing is tried by that.
+    page.says("#of", "1 of 21")?;
+    page.wait("document.querySelector('#previous').disabled", PATIENCE)?;
+    page.push("#following")?;
+    page.says("#of", "2 of 21")?;
+    is_at(&page, "Link")?;
+    page.push("#previous")?;
+    is_at(&page, "Wiring and pins")?;
+    assert_eq!(page.eval("document.querySelectorAll('#steps .done').length")?, 0);
     page.eval("[...document.querySelectorAll('#step button')].find(b => b.textContent === 'It is wired like this').click()")?;
     is_at(&page, "Link")?;
     // What the board does not answer is not done.
@@ -83,7 +97,11 @@ fn a_machine_is_set_up_step_by_step_left_and_taken_up_again() -> Outcome<()> {
     stand.board()?.until("output 1", |status| status.outputs == [1])?;
     page.push("[aria-label='Output 1 off']")?;
     stand.board()?.until("no output", |status| status.outputs.is_empty())?;
+    // A name that no script can write is refused with one that it can.
     page.fill("[aria-label='Name of output 1']", "mill motor")?;
+    page.push("[aria-label='Keep output 1']")?;
+    page.says("#notes", "write \"mill_motor\"")?;
+    page.fill("[aria-label='Name of output 1']", "mill_motor")?;
     page.push("[aria-label='Keep output 1']")?;
     page.wait("document.querySelector('#apply') !== null", PATIENCE)?;
     // Left, and taken up again.

@@ -13,8 +13,9 @@ use tempfile::TempDir;
 
 use crate::cdp::{Browser, Outcome, Page};
 
-/// Everything comes true long before this, on a loaded machine too.
-pub const PATIENCE: Duration = Duration::from_secs(30);
+/// Everything comes true long before this, on a loaded machine too: a trial of rates takes 15 s of the board's time, and
+/// a virtual board falls behind where others want the processor.
+pub const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Instead of a world: the board is at a serial line.
 const LINE: &str = "line";

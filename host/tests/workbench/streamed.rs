@@ -114,3 +114,35 @@ fn the_operator_sees_how_far_the_program_is() -> Outcome<()> {
     page.says("#message", "All are done")?;
     page.wait("document.querySelector('#bar').hidden", PATIENCE)
 }
+
+/// A job that is too long to be changed here is shown, simulated and fed as it is.
+#[test]
+fn a_very_long_job_is_read_only_and_runs() -> Outcome<()> {
+    let remark = "x".repeat(480);
+    let lines: String =
+        (0..1_200).map(|n| format!("G1 X{} F6000 ' {remark}\n", n % 2 * 5)).collect();
+    let Some(stand) = Stand::start(&format!("PRINT \"begins\"\n{lines}"), &[])? else {
+        return Ok(());
+    };
+    let page = stand.page()?;
+    page.says("#long", "1,201 lines: too long to be changed here")?;
+    page.says("#sums", "runs to its end")?;
+    page.wait("document.querySelector('#path').ariaLabel.includes('It takes 5.0 by')", PATIENCE)?;
+    // A key writes nothing, and neither does a list.
+    page.click(".ed .text")?;
+    page.type_text("x")?;
+    page.wait("document.querySelector('#insert-statement').disabled", PATIENCE)?;
+    assert_eq!(
+        page.eval(
+            "document.querySelector('.ed .text').textContent.startsWith('PRINT \"begins\"')"
+        )?,
+        true
+    );
+    page.says("#file", "job.bas")?;
+    page.tab("run")?;
+    page.push("#stream")?;
+    page.says("#console", "begins")?;
+    page.says("#job", "streamed: line")?;
+    page.click("#stop")?;
+    page.says("#notes", "pasapas stream job.bas --from-line")
+}

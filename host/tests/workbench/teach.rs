@@ -98,3 +98,32 @@ fn points_are_recorded_named_corrected_ordered_and_tried() -> Outcome<()> {
     page.wait(&format!("{TEXT}.includes('\\' pin')"), PATIENCE)?;
     page.wait("document.querySelectorAll('#teach li').length === 2", PATIENCE)
 }
+
+/// Pad, place, Home and Record stand beside the points, without scrolling, and the points are on the drawing.
+#[test]
+fn jogging_and_teaching_are_on_one_screen() -> Outcome<()> {
+    let text = "DIM i\nTABLE points(3) = 10mm, 20mm, -1mm; 30mm, 20mm, -1mm\nFOR i = 0 TO 1\n  MoveAxe X, points(i, 0)\nNEXT\n";
+    let Some(stand) = Stand::start(text, &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.window(1366, 768, false)?;
+    page.says("#sums", "runs to its end")?;
+    page.eval("document.querySelector('[data-tab=machine]').click()")?;
+    page.wait("document.querySelectorAll('#teach li').length > 0", PATIENCE)?;
+    page.rest()?;
+    let hidden = page.eval("(() => { const panel = document.querySelector('#machine').getBoundingClientRect(); return ['.jog.Xp', '.jog.Zm', '#axes .axis:last-child .place', '#home', '#steps', '#speed', '#record', '#table', '#teach li', '#teach li button', '[aria-label=\"Go to X\"]', '[aria-label=\"Probe Z\"]'].filter(own => { const r = document.querySelector(own).getBoundingClientRect(); return r.top < panel.top || r.bottom > panel.bottom || r.right > panel.right; }).join() })()")?;
+    assert_eq!(hidden, "");
+    assert_eq!(page.eval("document.querySelector('#machine').scrollWidth <= document.querySelector('#machine').clientWidth")?, true);
+    // What has a name stands first; a fold tells which of the others is on.
+    assert_eq!(
+        page.eval("document.querySelector('#inputs .port').ariaLabel")?,
+        "Input 9 reference X"
+    );
+    page.click("#inputs summary")?;
+    page.click("[aria-label='Input 4']")?;
+    page.says("#inputs summary", "on: 4")?;
+    // The points are drawn while the machine is in sight, and only then.
+    let marks = "(() => { const c = document.querySelector('#path'), t = document.createElement('canvas').getContext('2d'); t.fillStyle = getComputedStyle(c).getPropertyValue('--accent'); t.fillRect(0, 0, 1, 1); const [r, g, b] = t.getImageData(0, 0, 1, 1).data, d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let n = 0; for (let i = 0; i < d.length; i += 4) n += d[i] === r && d[i + 1] === g && d[i + 2] === b && d[i + 3] === 255; return n })()";
+    page.wait(&format!("{marks} > 20"), PATIENCE)?;
+    page.eval("document.querySelector('[data-tab=simulate]').click()")?;
+    page.wait(&format!("{marks} < 20"), PATIENCE)
+}

@@ -8,6 +8,9 @@ import { Language } from './language.js';
 import { Assist } from './assist.js';
 import { PathView } from './path.js';
 import { Trial } from './trial.js';
+import { Drag } from './drag.js';
+import { Values } from './values.js';
+import { Insert } from './insert.js';
 import { examples, worlds } from './examples.js';
 import './tabs.js';
 
@@ -36,6 +39,8 @@ async function begin(welcome) {
   const trial = new Trial(link, view, editor);
   trial.isNewest = about => about.number === script.number && script.synced;
   trial.file = () => script.file;
+  trial.beside = new Values(editor, view);
+  new Drag(editor, script, view, trial, () => trial.about?.machine);
   link.addEventListener('path', () => performance.mark('path'), { once: true });
   const assist = new Assist(editor, language);
   Object.assign(parts, { editor, script, language, assist, view, trial });
@@ -43,6 +48,7 @@ async function begin(welcome) {
   $('#edit-buttons').append(
     action('Open a file…', () => $('#own').click()),
     action('Save', save, { id: 'save', title: 'Ctrl+S' }),
+    new Insert(editor, welcome.words.statements).button,
     action('Format', () => language.format(), { id: 'format', title: 'Ctrl+Shift+F' }),
     action('Rename', () => language.rename(), { id: 'rename', title: 'F2' }),
     h('input', { type: 'file', id: 'own', hidden: true, onchange: e => own(e.target) }));

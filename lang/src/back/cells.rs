@@ -26,6 +26,8 @@ pub struct Cells {
     pub count: usize,
     /// KEEP variables in order.
     pub keeps: Vec<VarId>,
+    /// Cells of these.
+    pub kept: usize,
     /// First KEEP cell: how many cells the AT variables take, also without KEEP values.
     pub keep_base: u32,
 }
@@ -100,10 +102,11 @@ pub fn allocate(program: &Program, unit: &Unit, graph: &Graph) -> Cells {
     });
     taken.low = taken.cells.len();
     cells.keep_base = taken.low as u32;
-    for (i, &id) in cells.keeps.iter().enumerate() {
-        cells.of.insert(id, cells.keep_base + i as u32);
+    for &id in &cells.keeps {
+        cells.of.insert(id, cells.keep_base + cells.kept as u32);
+        cells.kept += program.var(id).len as usize;
     }
-    taken.take(taken.low, cells.keeps.len());
+    taken.take(taken.low, cells.kept);
     // Scalars first: the lowest cells have instructions of one byte.
     let main_local = |storage| matches!(storage, Storage::Global | Storage::Local(RoutineId(0)));
     for arrays in [false, true] {
@@ -189,7 +192,10 @@ fn hash(bytes: &[u8]) -> u16 {
 /// [`MachineRecord::keeps`](crate::record::MachineRecord::keeps) of names and kinds in their order.
 pub fn keeps_id(program: &Program, cells: &Cells) -> u8 {
     let declared = cells.keeps.iter().map(|&id| program.var(id));
-    let text: String =
-        declared.map(|var| format!("{} {}\n", var.name.to_ascii_lowercase(), var.kind)).collect();
+    let one = |var: &crate::hir::Var| {
+        let size = if var.array { format!("({})", var.len) } else { String::new() };
+        format!("{}{size} {}\n", var.name.to_ascii_lowercase(), var.kind)
+    };
+    let text: String = declared.map(one).collect();
     if text.is_empty() { 0 } else { (1 + hash(text.as_bytes()) % 254) as u8 }
 }

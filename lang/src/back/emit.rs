@@ -7,6 +7,7 @@ use crate::back::courses::Courses;
 use crate::back::data::{self, Data};
 use crate::back::graph::Graph;
 use crate::back::ir::{Cond, Handler, Item, Label, RoutineCode, Unit};
+use crate::back::places::{NO_RESUME, close, parted};
 use crate::back::report::{Compiled, Mark, MarkKind, Sidecar, VarPlace};
 use crate::hir::{Limits, Program, RoutineId, Storage, VarId};
 use crate::image::statements::{self, Place};
@@ -78,7 +79,7 @@ pub fn emit(
         stack: stack as u8,
         frame: graph.frame as u8,
         calls: graph.calls as u8,
-        keeps: cells.keeps.len() as u8,
+        keeps: cells.kept as u8,
         keep_base: cells.keep_base as u8,
         profile_hash,
     };
@@ -106,7 +107,7 @@ pub fn emit(
         cells_available: (pool_limit(features as u8).saturating_sub(depths) / 4).min(MAX_CELLS),
         stack: graph.stack(),
         calls: graph.calls,
-        keeps: cells.keeps.len(),
+        keeps: cells.kept,
     }
 }
 
@@ -154,9 +155,6 @@ pub fn constant(value: i32) -> Vec<u8> {
     }
     with(Op::Long, &value.to_le_bytes())
 }
-
-/// RESUME NEXT goes on behind the statement's own code.
-const NO_RESUME: usize = usize::MAX;
 
 /// Finished code.
 struct Code {
@@ -432,6 +430,8 @@ impl<'a> Emitter<'a> {
         let mut bytes = Vec::with_capacity(self.addresses[self.items.len()]);
         let mut marks = Vec::new();
         let mut places: Vec<Place> = Vec::new();
+        // Where nothing is on the stack, inside statements.
+        let (mut depth, mut parts) = (0, Vec::new());
         for i in 0..self.items.len() {
             if let Item::Mark(mark) = self.items[i] {
                 let pc = self.addresses[i];
@@ -439,12 +439,23 @@ impl<'a> Emitter<'a> {
                     close(before, pc);
                 }
                 let resume = mark.resume.map_or(NO_RESUME, |label| self.address_of(label));
-                places.push(Place { line: mark.line as usize, resume, start: pc, end: 0 });
+                places.push(Place {
+                    line: mark.line as usize,
+                    resume,
+                    start: pc,
+                    entry: pc,
+                    end: 0,
+                });
                 marks.push(Mark { pc, line: mark.line, span: mark.span.clone(), kind: mark.kind });
             }
             bytes.extend(self.bytes(i));
+            let (pops, pushes) = self.items[i].effect();
+            depth = if self.items[i].ends() { 0 } else { depth + pushes - depth.min(pops) };
+            if depth == 0 {
+                parts.push(bytes.len());
+            }
         }
-        let table = self.statement_table(&mut places, bytes.len());
+        let table = self.statement_table(&mut places, &parts, bytes.len());
         self.fill_head();
         if marks.first().is_none_or(|mark| mark.pc != 0) {
             marks.insert(0, Mark { pc: 0, line: 1, span: 0..0, kind: MarkKind::Glue });
@@ -455,7 +466,7 @@ impl<'a> Emitter<'a> {
 
     /// The statement table of a program with ON ERROR. The last place, the END of the main program
     /// or of a SUB, cannot fail: it needs no entry.
-    fn statement_table(&self, places: &mut Vec<Place>, end: usize) -> Vec<u8> {
+    fn statement_table(&self, places: &mut Vec<Place>, parts: &[usize], end: usize) -> Vec<u8> {
         if self.unit.features & feature::LINES == 0 {
             return Vec::new();
         }
@@ -464,7 +475,8 @@ impl<'a> Emitter<'a> {
         }
         places.retain(|place| place.start != place.end);
         places.pop();
-        statements::write(places, self.wide)
+        let places: Vec<Place> = places.iter().flat_map(|place| parted(*place, parts)).collect();
+        statements::write(&places, self.wide)
     }
 
     fn fill_head(&mut self) {
@@ -483,13 +495,5 @@ impl<'a> Emitter<'a> {
         }
         head.extend(self.limits.map(|at| self.address(at)).into_iter().flatten());
         self.data.bytes[..head.len()].copy_from_slice(&head);
-    }
-}
-
-/// A place ends where the next begins; without a label RESUME NEXT goes on there.
-fn close(place: &mut Place, end: usize) {
-    place.end = end;
-    if place.resume == NO_RESUME {
-        place.resume = end;
     }
 }

@@ -286,6 +286,7 @@ impl Lower<'_> {
             }
             StmtKind::OnError(None) => self.plain(Op::OnErrorStop),
             StmtKind::ResumeNext => self.plain(Op::ResumeNext),
+            StmtKind::Resume => self.plain(Op::Resume),
             _ => self.machine(&stmt.kind),
         }
     }

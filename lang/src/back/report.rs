@@ -149,8 +149,8 @@ pub fn excesses(program: &Program, unit: &Unit, graph: &Graph, cells: &Cells) ->
     }
     check(Resource::Stack, stack, MAX_DEPTH, &graph.stack_span);
     check(Resource::Calls, calls, MAX_DEPTH, &graph.calls_span);
-    if let Some(keep) = cells.keeps.get(MAX_KEEPS) {
-        check(Resource::Keeps, cells.keeps.len(), MAX_KEEPS, &program.var(*keep).span);
+    if let Some(keep) = cells.keeps.last().filter(|_| cells.kept > MAX_KEEPS) {
+        check(Resource::Keeps, cells.kept, MAX_KEEPS, &program.var(*keep).span);
     }
     let texts: usize = unit.texts.iter().map(|text| text.len() + 1).sum();
     check(Resource::Texts, texts, MAX_TEXTS, &program.routine(RoutineId(0)).span);

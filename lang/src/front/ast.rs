@@ -12,7 +12,7 @@ pub use machine::{InputState, Machine};
 use super::literal::Decimal;
 use super::span::Span;
 use crate::axis::Axis;
-use crate::effect::Want;
+use crate::effect::{Unit, Want};
 use crate::kind::Kind;
 use core::fmt;
 use std::collections::BTreeSet;
@@ -151,16 +151,20 @@ pub enum StmtKind {
         /// Names and their numbers.
         ports: Vec<(Name, Expr)>,
     },
+    /// `ANALOG vacuum = 1`: names and their numbers.
+    Analog(Vec<(Name, Expr)>),
     /// `DIM a, b(8) AS LENGTH, c AT 3000 LABEL "Pieces" MIN 1 MAX 500`
     Dim(Vec<Variable>),
-    /// `KEEP a AS TIME`; neither size nor what belongs to DIM alone is refused here.
+    /// `KEEP a AS TIME, b(4)`; what belongs to DIM alone is not refused here.
     Keep(Vec<Variable>),
-    /// `TABLE t(2) = 1, 2; 3, 4`
+    /// `TABLE t(2) = 1, 2; 3, 4`, `TABLE t(x, depth) = 1, 2; 3, 4`
     Table {
         /// Its name.
         name: Name,
         /// Columns.
         width: Option<Box<Expr>>,
+        /// Their names, in lower case; empty where `width` or nothing says how many there are.
+        columns: Vec<Rc<str>>,
         /// Values by `;`.
         rows: Vec<Vec<Expr>>,
     },
@@ -264,6 +268,8 @@ pub enum StmtKind {
     OnError(Option<Name>),
     /// `RESUME NEXT`
     ResumeNext,
+    /// `RESUME`
+    Resume,
     /// `ON IN n RISE|FALL GOSUB sub`, `ON IN n OFF`
     OnIn {
         /// The input.
@@ -364,8 +370,17 @@ pub enum Enclosing {
 pub enum PrintPart {
     /// A quoted text.
     Text(Text),
-    /// A value.
-    Value(Expr),
+    /// A value, with the unit behind its `IN`.
+    Value(Expr, Option<ShownIn>),
+}
+
+/// `IN unit` of a PRINT.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShownIn {
+    /// The unit.
+    pub unit: Unit,
+    /// Its text.
+    pub span: Span,
 }
 
 /// A word of a G-code block.

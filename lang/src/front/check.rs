@@ -25,6 +25,7 @@ mod names;
 mod order;
 mod stmt;
 mod timers;
+mod turning;
 
 use std::collections::{HashMap, HashSet};
 
@@ -293,7 +294,7 @@ impl<'a> Checker<'a> {
                 Entity::Const(kind, value) => {
                     fact = Fact { kinds: vec![kind], inferred: true, value, ..fact };
                 }
-                Entity::Port(_, n) => fact.value = n,
+                Entity::Port(_, n) | Entity::Analog(n) => fact.value = n,
                 Entity::Var(id) => {
                     let var = &self.vars[id.0 as usize];
                     fact.kinds = vec![var.kind];

@@ -60,7 +60,7 @@ codes! {
     UnclosedText "L002" Error "a text without its closing quote" "A text begins and ends with \" on one line."
     UnclosedComment "L003" Error "a G-code comment without `)`" "A comment in a G-code block begins with ( and ends with ) on the same line."
     BadNumber "L004" Error "a number that can not be read" "Numbers are 42, &H1F, &B1010, 1_000 or decimals with a unit."
-    BadUnit "L005" Error "letters behind a number that are no unit" "Units are mm um in st ms s min mm/min mm/s in/min st/s mm/s2 st/s2; they follow the digits without a blank."
+    BadUnit "L005" Error "letters behind a number that are no unit" "Units are mm um in st ms s min mm/min mm/s in/min st/s mm/s2 st/s2 deg mdeg; they follow the digits without a blank."
     DecimalWithoutUnit "L006" Error "a decimal without a unit" "Plain Numbers are whole; only quantities have decimals."
     InexactNumber "L007" Error "a quantity finer than its stored unit" "Lengths in mm and um are whole micrometres, Times whole milliseconds, Steps whole steps."
     NumberRange "L008" Error "a number beyond 32 bits" "Values are whole numbers from -2147483648 to 2147483647 in their stored unit."
@@ -109,7 +109,7 @@ codes! {
     ArraySize "N016" Error "an array of an impossible size" "DIM a(8) has the values a(0) to a(7)."
     IndexRange "N017" Error "an index outside its array or table" "Indexes count from 0 to the size less one."
     BadAt "N018" Error "an address that can not be" "AT stands outside SUBs, with an even register from 3000 on; one variable to a register."
-    BadKeep "N019" Error "a KEEP that can not be" "Up to 8 plain names, outside SUBs."
+    BadKeep "N019" Error "a KEEP that can not be" "Up to 8 values, outside SUBs."
     TableShape "N020" Error "a table whose rows do not fit" "TABLE name(columns) = value, ...; rows are parted by `;`."
     TooTangled "N021" Error "GOSUBs that run into one another" "Lines behind a GOSUB's label should end with RETURN."
     BadProgram "N022" Error "a name that no program can have" "A program of a library is called by up to 16 characters of ASCII without quotes; a number alone is no name."
@@ -142,7 +142,7 @@ codes! {
     AboveTop "M005" Warning "a speed, acceleration or feed above what the axes reach" "The axis runs at its top, a path as fast as its axes can."
     OutsideTravel "M006" Warning "a target outside the travel" "Soft limits hold for axes that are homed."
     ProbeTooFast "M007" Warning "a probe speed that a shift register can not follow" "It is sampled each ms, exact up to 1000 st/s."
-    UnknownProfile "M008" Error "a profile that does not exist" "Built in are mill, charly, thesis, laser; a file is given by --profile."
+    UnknownProfile "M008" Error "a profile that does not exist" "Built in are mill, charly, thesis, laser, picker; a file is given by --profile."
     OffAtEnd "M009" Warning "an output that the end of the run switches off at once" "At END each output takes the state that the profile's `end` names: off, if it names none."
 }
 

@@ -3,6 +3,7 @@
 
 use super::diag::{Diag, Diags};
 use super::lexer::lex;
+use super::literal;
 use super::parser::parse;
 use super::token::{Sign, Tok, Token};
 use super::words::{Func, Kw};
@@ -213,6 +214,10 @@ fn soft_role(line: &[Token], n: usize) -> bool {
             let comma = first == Some(Tok::Sign(Sign::Comma));
             (gosub || comma) && before.take_while(statement).any(|t| starts(&t))
         }
+        Kw::Analog => {
+            let begins = matches!(first, None | Some(Tok::Label | Tok::Sign(Sign::Colon)));
+            begins && line.get(n + 1).is_some_and(|t| t.tok == Tok::Name)
+        }
         _ => first == Some(Tok::Kw(Kw::As)),
     }
 }
@@ -247,7 +252,7 @@ fn write_token(text: &str, token: Token, soft_role: bool, out: &mut String) {
         }
         Tok::GWord | Tok::GLetter => out.push_str(&written.to_ascii_uppercase()),
         Tok::Number if written.starts_with('&') => out.push_str(&written.to_ascii_uppercase()),
-        Tok::Number => out.push_str(&written.to_ascii_lowercase()),
+        Tok::Number => out.push_str(&literal::spelled(written)),
         Tok::Continuation => write_continuation(written, out),
         Tok::Comment => {
             let rem = written.get(..3).is_some_and(|w| w.eq_ignore_ascii_case("REM"));

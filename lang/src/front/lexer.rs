@@ -12,7 +12,7 @@ use super::diag::{Diag, Diags};
 use super::literal;
 use super::span::Span;
 use super::token::{Basic, Foreign, Sign, Tok, Token};
-use super::words::{self, Kw, Reserved};
+use super::words::{self, Func, Kw, Reserved};
 use logos::{Lexer, Logos};
 
 /// Splits a text into tokens, comments included. The last one is always a [`Tok::LineEnd`]. A text
@@ -247,10 +247,34 @@ impl<'a> State<'a> {
             Some(Reserved::Func(func)) => Tok::Func(func),
             None => Tok::Name,
         };
+        let shows = tok == Tok::Func(Func::In) && self.behind_value();
         self.push(tok, span);
+        if shows {
+            self.shown_unit(lexer, base);
+        }
         if is_name {
             self.type_suffix(lexer, base);
         }
+    }
+
+    /// Whether a value ends here, as in `POS(X) IN mm`. In `ON IN n` none does.
+    fn behind_value(&self) -> bool {
+        let Some(before) = self.tokens.last() else { return false };
+        match before.tok {
+            Tok::Name | Tok::Number | Tok::Bit | Tok::Sign(Sign::Close) | Tok::Func(_) => true,
+            Tok::Kw(kw) => kw.is_soft(),
+            _ => false,
+        }
+    }
+
+    /// The unit behind an IN is one name, with its `/`.
+    fn shown_unit(&mut self, lexer: &mut Lexer<'a, Basic>, base: usize) {
+        let rest = lexer.remainder();
+        let blanks = rest.len() - rest.trim_start_matches([' ', '\t']).len();
+        let Some(length) = literal::shown_length(&rest[blanks..]) else { return };
+        lexer.bump(blanks + length);
+        let end = base + lexer.span().end;
+        self.push(Tok::Name, Span::new((end - length) as u32, end as u32));
     }
 
     /// `x%`, `a$`, `f!`, `d#` of other BASICs: reported, then read as the name without it.

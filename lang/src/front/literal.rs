@@ -95,7 +95,7 @@ const fn unit(text: &'static str, kind: Kind, num: u32, den: u32, exact: bool) -
 
 /// Units with the ratio to the stored unit, and whether a value must be exact. Longer ones stand
 /// before those that they begin with. 1 in = 25 400 um.
-const UNITS: [Unit; 13] = [
+const UNITS: [Unit; 17] = [
     unit("mm/min", Kind::Speed, 1000, 60, false),
     unit("mm/s2", Kind::Accel, 1000, 1, false),
     unit("mm/s", Kind::Speed, 1000, 1, false),
@@ -109,6 +109,10 @@ const UNITS: [Unit; 13] = [
     unit("ms", Kind::Time, 1, 1, true),
     unit("min", Kind::Time, 60_000, 1, true),
     unit("s", Kind::Time, 1000, 1, true),
+    unit("deg", Kind::Angle, 1000, 1, true),
+    unit("mdeg", Kind::Angle, 1, 1, true),
+    unit("mV", Kind::Voltage, 1, 1, true),
+    unit("V", Kind::Voltage, 1000, 1, true),
 ];
 
 /// A unit of ours, and the ratio by which a number in another becomes one in it.
@@ -165,6 +169,27 @@ pub fn unit_length(rest: &str) -> Option<usize> {
     UNITS.iter().find(fits).map(|u| u.text.len())
 }
 
+/// A number as the lexer cut it out, in the formatter's style: its unit as the table has it, all else in small letters.
+pub fn spelled(text: &str) -> String {
+    let plain = |b: u8| b.is_ascii_digit() || b == b'_' || b == b'.';
+    let end = text.bytes().position(|b| !plain(b)).unwrap_or(text.len());
+    let (digits, suffix) = text.split_at(end);
+    match UNITS.iter().find(|unit| unit.text.eq_ignore_ascii_case(suffix)) {
+        Some(unit) => format!("{digits}{}", unit.text),
+        None => text.to_ascii_lowercase(),
+    }
+}
+
+/// Length of the unit of a PRINT that `rest` begins with and that no name character follows.
+pub fn shown_length(rest: &str) -> Option<usize> {
+    let fits = |unit: &str| {
+        rest.get(..unit.len()).is_some_and(|text| text.eq_ignore_ascii_case(unit))
+            && !rest.as_bytes().get(unit.len()).is_some_and(|&b| is_name_byte(b) || b == b'/')
+    };
+    let units = crate::effect::Unit::ALL.map(crate::effect::Unit::suffix);
+    units.into_iter().find(|unit| fits(unit)).map(str::len)
+}
+
 /// Whether a byte may stand inside a name.
 pub fn is_name_byte(b: u8) -> bool {
     b.is_ascii_alphanumeric() || b == b'_'
@@ -187,6 +212,8 @@ pub const fn example(kind: Kind) -> &'static str {
         Kind::StepRate => "2000st/s",
         Kind::Accel => "250mm/s2",
         Kind::StepAccel => "25000st/s2",
+        Kind::Angle => "90deg",
+        Kind::Voltage => "1.2V",
     }
 }
 
@@ -386,6 +413,8 @@ mod tests {
             ("2000.5st/s", Kind::StepRate, 2001),
             ("250mm/s2", Kind::Accel, 250_000),
             ("25000st/s2", Kind::StepAccel, 25_000),
+            ("1.2V", Kind::Voltage, 1_200),
+            ("800mV", Kind::Voltage, 800),
             ("5.mm", Kind::Length, 5000),
         ] {
             assert_eq!(settle(text), Ok(Literal { kind, value }), "{text}");

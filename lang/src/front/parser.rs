@@ -29,7 +29,7 @@ use blocks::Builder;
 use core::cell::{Cell, RefCell};
 use input::{Context, In};
 use piece::{Opener, Piece, Placed};
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 /// Whether a word can be a name anywhere: words that are names outside of one statement only are
 /// left out.
@@ -50,6 +50,7 @@ pub fn parse(text: &str, diags: &mut Diags) -> Script {
     let context = Context {
         text,
         routines: routine_names(text, &tokens),
+        declared: declared_names(text, &tokens),
         guesses: Cell::new(0),
         reads_timed_out: tokens.iter().any(|t| t.tok == Tok::Func(Func::TimedOut)),
         timed_waits: Cell::new(false),
@@ -64,7 +65,7 @@ pub fn parse(text: &str, diags: &mut Diags) -> Script {
             _ => statement(i, &mut builder),
         };
     }
-    let mut script = builder.finish(last_line);
+    let mut script = builder.finish(last_line, text.trim_end().len() as u32);
     timeouts::look(&tokens, context.timed_waits.get(), diags);
     if context.timed_waits.get() {
         let span = Span::point(text.len() as u32);
@@ -81,9 +82,9 @@ fn last_line(tokens: &[Token]) -> u32 {
 }
 
 /// The names behind SUB and FUNCTION that open one: `EXIT SUB` and `END SUB` name none.
-fn routine_names(text: &str, tokens: &[Token]) -> HashSet<String> {
+fn routine_names(text: &str, tokens: &[Token]) -> BTreeSet<String> {
     let mut before = Tok::LineEnd;
-    let mut names = HashSet::new();
+    let mut names = BTreeSet::new();
     for pair in tokens.windows(2) {
         let opens = matches!(pair[0].tok, Tok::Kw(Kw::Sub | Kw::Function))
             && !matches!(before, Tok::Kw(Kw::End | Kw::Exit));
@@ -92,6 +93,22 @@ fn routine_names(text: &str, tokens: &[Token]) -> HashSet<String> {
             names.insert(pair[1].span.of(text).to_ascii_lowercase());
         }
         before = pair[0].tok;
+    }
+    names
+}
+
+/// The names in statements that declare some, as they are written.
+fn declared_names<'a>(text: &'a str, tokens: &[Token]) -> BTreeSet<&'a str> {
+    let mut declaring = false;
+    let mut names = BTreeSet::new();
+    for token in tokens {
+        match token.tok {
+            Tok::LineEnd | Tok::Sign(Sign::Colon) => declaring = false,
+            Tok::Name if declaring => {
+                names.insert(token.span.of(text));
+            }
+            tok => declaring |= declares(tok),
+        }
     }
     names
 }
@@ -137,7 +154,9 @@ fn statement<'a>(i: In<'a>, builder: &mut Builder<'_>) -> In<'a> {
                 Tok::Name if i.second().tok == Tok::Sign(Sign::Eq) => Some("name = expression"),
                 _ => None,
             };
-            let slip = foreign::reserved_label(i);
+            let slip = slips::reserved_label(i)
+                .or_else(|| slips::undeclared_target(i))
+                .or_else(|| slips::closed_line(i));
             if let Some(diag) = slip.or_else(|| failure.into_diag(i.context.text, usage)) {
                 builder.diags().push(diag);
             }

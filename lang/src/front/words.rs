@@ -63,8 +63,8 @@ macro_rules! with_plain {
     Input "INPUT" Declaration "INPUT name = number" "A name for an input, counted from 1."
     Output "OUTPUT" Declaration "OUTPUT name = number" "A name for an output, counted from 1."
     Dim "DIM" Declaration "DIM name[(size)] [AS kind] [= value] [AT address [LABEL \"text\"] [MIN value] [MAX value]] [, ...]" "Variables and arrays, in RAM; 0 at the start of a run, but for those with AT. `= value` is an assignment where the DIM stands."
-    Table "TABLE" Declaration "TABLE name[(columns)] = value, ... [; value, ...]" "Constant values in flash, by rows."
-    Keep "KEEP" Declaration "KEEP name [AS kind] [, ...]" "A value kept through power loss."
+    Table "TABLE" Declaration "TABLE name[(columns)] = value, ... [; value, ...]" "Constant values in flash, by rows; columns are a number or their names."
+    Keep "KEEP" Declaration "KEEP name[(size)] [AS kind] [, ...]" "A value or an array kept through power loss."
     Sub "SUB" Declaration "SUB name[(name [AS kind], ...)]" "Opens a SUB; END SUB closes it."
     Function "FUNCTION" Declaration "FUNCTION name(name [AS kind], ...) [AS kind]" "Opens a FUNCTION; RETURN gives its value, END FUNCTION closes it."
 
@@ -89,7 +89,7 @@ macro_rules! with_plain {
     End "END" Control "END" "Ends the run. Outputs take the states that the profile's `end` names, off by default."
     Run "RUN" Control "RUN \"name\"" "Ends the run and begins another program of the library."
     On "ON" Control "ON ERROR GOTO label, ON ERROR STOP, ON IN n RISE|FALL GOSUB sub, ON IN n OFF, ON EVERY time GOSUB sub, ON EVERY OFF" "Says what serves a fault, an edge or a clock tick; as a value it is 1."
-    Resume "RESUME" Control "RESUME NEXT" "Ends an error handler: goes on behind the statement that failed."
+    Resume "RESUME" Control "RESUME [NEXT]" "Ends an error handler: runs the failed statement again, or goes on behind it."
 
     Start "START" Machine "START MoveAxe|MoveRel ..." "Starts a move and does not wait for its end."
     MoveAxe "MoveAxe" Machine "MoveAxe axis, target [, speed [, accel [, decel]]]" "Moves one axis to an absolute position with its own ramp."
@@ -105,7 +105,7 @@ macro_rules! with_plain {
     Motors "Motors" Machine "Motors ON|OFF [, axis]" "Enables the drivers; OFF clears HOMED."
     WaitIn "WaitIn" Machine "WaitIn[?] n, ON|OFF|RISE|FALL [, timeout]" "Waits for an input; `WaitIn?` sets TIMEDOUT instead of raising F13."
     WaitChar "WaitChar" Machine "WaitChar[?] code [, timeout]" "Waits for a synchronisation character; `WaitChar?` sets TIMEDOUT instead of raising F13."
-    Print "PRINT" Machine "PRINT expression; \"text\"; ..." "Writes a line to the host."
+    Print "PRINT" Machine "PRINT expression [IN unit]; \"text\"; ..." "Writes a line to the host; a quantity in its stored unit, or IN another."
     Plane "PLANE" Machine "PLANE XY|XZ|YZ" "Chooses the interpolation plane."
 
     And "AND" Operator "a AND b" "Bitwise and; of Truths the logical one."
@@ -144,6 +144,9 @@ macro_rules! with_plain {
     StepRate "STEPRATE" Soft "AS STEPRATE" "Steps per second: `2000st/s`."
     Accel "ACCEL" Soft "AS ACCEL" "Micrometres per second squared: `250mm/s2`."
     StepAccel "STEPACCEL" Soft "AS STEPACCEL" "Steps per second squared: `25000st/s2`."
+    Angle "ANGLE" Soft "AS ANGLE" "Thousandths of a degree: `90deg`, `500mdeg`."
+    Voltage "VOLTAGE" Soft "AS VOLTAGE" "Millivolts: `1.2V`, `800mV`."
+    Analog "ANALOG" Soft "ANALOG name = number" "A name for an analog input, counted from 1."
 } };
 }
 
@@ -236,6 +239,7 @@ functions! {
     CharIn "CHARIN" [] "CHARIN()" "Takes the last character received; 0 for none."
     In "IN" [Value] "IN(n)" "State of an input, counted from 1."
     InPort "INPORT" [] "INPORT()" "All inputs as bits, input 1 lowest."
+    Ain "AIN" [Value] "AIN(n)" "Voltage at an analog input, counted from 1; n is a constant."
     Out "OUT" [Value] "OUT(n)" "State of an output, counted from 1."
     Pos "POS" [Axis] "POS(axis)" "Work position, that of the steps made, a Length."
     PosSt "POSST" [Axis] "POSST(axis)" "Machine position in Steps."
@@ -248,6 +252,10 @@ functions! {
     Count "COUNT" [Table] "COUNT(table)" "Number of rows of a TABLE."
     Steps "STEPS" [Axis, Value] "STEPS(axis, length)" "A Length in Steps of the axis, rounded half away from zero."
     Length "LENGTH" [Axis, Value] "LENGTH(axis, steps)" "Steps of the axis as a Length, rounded half away from zero."
+    Sin "SIN" [Value] "SIN(angle)" "Sine of an Angle in 1/10000: SIN(30deg) is 5000. The MSP430F5529 has it."
+    Cos "COS" [Value] "COS(angle)" "Cosine of an Angle in 1/10000. The MSP430F5529 has it."
+    Atan2 "ATAN2" [Value, Value] "ATAN2(y, x)" "Angle of the direction (x, y), -180deg to 180deg; 0deg of (0, 0). The MSP430F5529 has it."
+    Scale "SCALE" [Value, Value, Value, Value, Value] "SCALE(v, a, b, c, d)" "What v is between c and d if it is the same between a and b; beyond them it goes on. The MSP430F5529 has it."
     Err "ERR" [] "ERR" "In an error handler the fault's number: 1 for F01."
     Erl "ERL" [] "ERL" "In an error handler the line that failed."
     TimedOut "TIMEDOUT" [] "TIMEDOUT" "Whether the last WaitIn?, WaitChar? or WAIT UNTIL with a time timed out."
@@ -257,6 +265,17 @@ impl Func {
     /// Is written without parentheses.
     pub const fn is_bare(self) -> bool {
         matches!(self, Self::Err | Self::Erl | Self::TimedOut)
+    }
+
+    /// Is a name wherever the script has one like it, of any sort.
+    pub const fn is_soft(self) -> bool {
+        matches!(self, Self::Sin | Self::Cos | Self::Atan2 | Self::Scale | Self::Ain)
+    }
+
+    /// The soft function of a name in any case.
+    pub fn soft(name: &str) -> Option<Func> {
+        let named = |func: &&Func| func.is_soft() && func.text().eq_ignore_ascii_case(name);
+        Func::ALL.iter().find(named).copied()
     }
 
     /// May be a name of a script that declares it (`lexer/own.rs`). The others stand in declarations or statements, too.
@@ -276,7 +295,8 @@ pub enum Reserved {
 
 static WORDS: LazyLock<HashMap<&'static str, Reserved>> = LazyLock::new(|| {
     let keywords = Kw::ALL.iter().map(|&k| (k.text(), Reserved::Kw(k)));
-    let functions = Func::ALL.iter().map(|&f| (f.text(), Reserved::Func(f)));
+    let functions =
+        Func::ALL.iter().filter(|f| !f.is_soft()).map(|&f| (f.text(), Reserved::Func(f)));
     keywords
         .chain(functions)
         .map(|(text, r)| (&*Box::leak(text.to_ascii_uppercase().into_boxed_str()), r))
@@ -299,13 +319,14 @@ pub fn lookup(word: &str) -> Option<Reserved> {
 }
 
 /// Functions of other BASICs, and what does here what they do there.
-const FOREIGN_FUNCTIONS: [(&str, &str); 34] = [
+const FOREIGN_FUNCTIONS: [(&str, &str); 35] = [
     ("asc", "a character is a number: A is 65"),
-    ("atn", "there are no fractions: put the values into a TABLE"),
+    ("atan", "write `ATAN2(y, x)`"),
+    ("atn", "write `ATAN2(y, x)`"),
     ("bit", "bit 3 of n is on where `(n AND 8) <> 0`"),
     ("chr", "a character is a number: A is 65"),
     ("cint", "values are whole numbers: leave it out"),
-    ("cos", "there are no fractions: put the values into a TABLE, or draw arcs by G2 and G3"),
+    ("cos", "write `COS(30deg)`: there are no fractions, so it is in 1/10000"),
     ("day", "there is no clock of the day; `TIMER()` is the Time since the run began"),
     ("disable", "write `OFF`"),
     ("disabled", "write `OFF`"),
@@ -321,7 +342,7 @@ const FOREIGN_FUNCTIONS: [(&str, &str); 34] = [
     ("int", "values are whole numbers: leave it out; `/` truncates toward zero"),
     ("log", "there are no fractions: put the values into a TABLE"),
     ("low", "write `OFF`"),
-    ("map", "write the scale: `(x - a) * (d - c) / (b - a) + c`"),
+    ("map", "write `SCALE(x, a, b, c, d)`"),
     ("millis", "write `TIMER()`"),
     ("minute", "there is no clock of the day; `TIMER()` is the Time since the run began"),
     ("now", "write `TIMER()`: the Time since the run began"),
@@ -329,9 +350,9 @@ const FOREIGN_FUNCTIONS: [(&str, &str); 34] = [
     ("rnd", "there are no random numbers"),
     ("round", "values are whole numbers: leave it out"),
     ("second", "there is no clock of the day; `TIMER()` is the Time since the run began"),
-    ("sin", "there are no fractions: put the values into a TABLE, or draw arcs by G2 and G3"),
+    ("sin", "write `SIN(30deg)`: there are no fractions, so it is in 1/10000"),
     ("sqrt", "write `SQR(n)`"),
-    ("tan", "there are no fractions: put the values into a TABLE"),
+    ("tan", "write `1000 * SIN(a) / COS(a)`: there are no fractions, so it is in 1/1000"),
     ("time", "write `TIMER()`: the Time since the run began"),
     ("val", "there are no text variables"),
 ];
@@ -400,6 +421,10 @@ mod tests {
             assert_eq!(lookup(k.text()), Some(Reserved::Kw(*k)), "{}", k.text());
         }
         for f in Func::ALL {
+            if f.is_soft() {
+                assert_eq!((Func::soft(f.text()), lookup(f.text())), (Some(*f), None));
+                continue;
+            }
             assert_eq!(lookup(f.text()), Some(Reserved::Func(*f)), "{}", f.text());
         }
     }

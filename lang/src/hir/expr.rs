@@ -43,6 +43,7 @@ impl Expr {
             | ExprKind::Binary(_, a, b)
             | ExprKind::AndAlso(a, b)
             | ExprKind::OrElse(a, b) => a.has_call() || b.has_call(),
+            ExprKind::MulDiv(parts) => parts.iter().any(Expr::has_call),
             ExprKind::Call(..) => true,
         }
     }
@@ -80,6 +81,8 @@ pub enum ExprKind {
     ToSteps(Axis, Box<Expr>),
     /// `LENGTH(axis, steps)`: steps to um by the profile, half away from zero; F01.
     ToLength(Axis, Box<Expr>),
+    /// `value * times / over` of SCALE, half away from zero; F02, F01.
+    MulDiv(Box<[Expr; 3]>),
     /// A look at the machine.
     Read(ReadKind),
     /// ERR: number of the last fault, 0 before one.
@@ -117,6 +120,8 @@ pub enum ReadKind {
     TimedOut,
     /// `CHARIN()`
     CharIn,
+    /// `AIN(n)`, 1 to 4
+    Analog(u8),
 }
 
 /// Operators and functions of one operand.
@@ -134,6 +139,10 @@ pub enum UnOp {
     Sgn,
     /// SQR: integer root; negative F20.
     Sqr,
+    /// SIN of an Angle.
+    Sin,
+    /// COS of an Angle.
+    Cos,
 }
 
 /// Operators and functions of two operands.
@@ -175,4 +184,6 @@ pub enum BinOp {
     Min,
     /// MAX
     Max,
+    /// ATAN2(y, x)
+    Atan2,
 }

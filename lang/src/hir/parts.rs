@@ -32,6 +32,13 @@ impl Program {
     }
 }
 
+impl Table {
+    /// The column of that name, in any case.
+    pub fn column(&self, name: &str) -> Option<usize> {
+        self.names.iter().position(|own| own.eq_ignore_ascii_case(name))
+    }
+}
+
 impl Stmt {
     /// Whether `next`, which stands behind it, is a part of the same statement of the source.
     pub fn continues(&self, next: &Stmt) -> bool {

@@ -2,7 +2,7 @@
 
 use super::{BinOp, Expr, LabelId, RoutineId, Span, VarId};
 use crate::axis::Axis;
-use crate::effect::{Frame, Plane, Want};
+use crate::effect::{Frame, Plane, Unit, Want};
 use crate::plain::Plain;
 
 /// Statements in order.
@@ -138,8 +138,8 @@ pub enum ArcCenter {
 pub enum PrintPart {
     /// A text.
     Text(String),
-    /// A value; its kind says the unit.
-    Value(Expr),
+    /// A value and the unit that it is written in.
+    Value(Expr, Unit),
 }
 
 /// Which canned cycle.
@@ -276,6 +276,8 @@ pub enum StmtKind {
     OnError(Option<LabelId>),
     /// RESUME NEXT
     ResumeNext,
+    /// RESUME
+    Resume,
     /// ON IN n RISE|FALL GOSUB; `slot` in text order of the ON lines, 0..=3.
     OnInput {
         /// Event slot.

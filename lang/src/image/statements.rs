@@ -6,7 +6,7 @@
 //! | byte | holds |
 //! |---|---|
 //! | 0 | bits 0..4: bytes of code, 31: 31 and the next byte; bit 5: a resume address follows; bits 6, 7: line |
-//! | .. | line 0: as before; 1: one more; 2: the next byte more; 3: a number of address size |
+//! | .. | line 0: as before; 1: one more; 2: the next byte more, 0 where the statement of the entry before goes on; 3: a number of address size |
 //! | .. | resume address, if there is one; otherwise the code behind the entry |
 
 use super::address;
@@ -24,6 +24,8 @@ pub struct Place {
     pub resume: usize,
     /// Address of the statement's code.
     pub start: usize,
+    /// Address of the entry's code: another than the statement's where it goes on from the entry before.
+    pub entry: usize,
     /// Address of the first byte behind the statement's code.
     pub end: usize,
 }
@@ -39,7 +41,7 @@ pub struct Statements<'a> {
 impl<'a> Statements<'a> {
     /// The table whose first entry stands at the start of `bytes`.
     pub const fn new(bytes: &'a [u8], wide: bool) -> Statements<'a> {
-        Statements { bytes, wide, place: Place { line: 0, resume: 0, start: 0, end: 0 } }
+        Statements { bytes, wide, place: Place { line: 0, resume: 0, start: 0, entry: 0, end: 0 } }
     }
 
     /// The statement whose code holds `pc`.
@@ -63,10 +65,18 @@ impl Iterator for Statements<'_> {
             len += usize::from(take()?);
         }
         let mut line = self.place.line;
+        let entry = self.place.end;
+        let mut start = entry;
         match head >> LINE {
             0 => {}
             1 => line += 1,
-            2 => line += usize::from(take()?),
+            2 => {
+                let more = take()?;
+                line += usize::from(more);
+                if more == 0 {
+                    start = self.place.start;
+                }
+            }
             _ => {
                 line = address(self.bytes, 0, self.wide)?;
                 self.bytes = self.bytes.get(2 + usize::from(self.wide)..)?;
@@ -78,12 +88,17 @@ impl Iterator for Statements<'_> {
             resume = address(self.bytes, 0, self.wide)?;
             self.bytes = self.bytes.get(2 + usize::from(self.wide)..)?;
         }
-        self.place = Place { line, resume, start: self.place.end, end };
+        self.place = Place { line, resume, start, entry, end };
         Some(self.place)
     }
 }
 
-/// Writes a table; the entries follow each other without gaps.
+/// The most code of one entry.
+#[cfg(feature = "compiler")]
+pub const LONGEST: usize = 286;
+
+/// Writes a table; the entries follow each other without gaps. A statement that takes more than [`LONGEST`] is several
+/// places of the same start.
 #[cfg(feature = "compiler")]
 pub fn write(entries: &[Place], wide: bool) -> Vec<u8> {
     let mut out = Vec::new();
@@ -94,14 +109,16 @@ pub fn write(entries: &[Place], wide: bool) -> Vec<u8> {
     for place in entries {
         let mut rest = place.end - before.end;
         let mut end = before.end;
-        // An entry holds 286 bytes of code; a longer statement takes several.
+        let mut continues = place.entry != place.start;
+        // One of more code that nothing parts.
         while rest > 0 {
-            let len = rest.min(286);
+            let len = rest.min(LONGEST);
             rest -= len;
             end += len;
             let explicit = place.resume != end;
             let delta = place.line as i64 - before.line as i64;
             let line = match delta {
+                0 if continues => 2,
                 0 => 0,
                 1 => 1,
                 2..=255 => 2,
@@ -120,6 +137,7 @@ pub fn write(entries: &[Place], wide: bool) -> Vec<u8> {
             if explicit {
                 address(&mut out, place.resume);
             }
+            continues = true;
             before = Place { end, ..*place };
         }
     }
@@ -144,7 +162,7 @@ mod tests {
                 .map(|&(len, line, jump)| {
                     let start = end;
                     end += len;
-                    Place { line, resume: if jump { line } else { end }, start, end }
+                    Place { line, resume: if jump { line } else { end }, start, entry: start, end }
                 })
                 .collect();
             let bytes = write(&places, wide);
@@ -154,6 +172,7 @@ mod tests {
                 for pc in start..place.end {
                     let found = table.at(pc).expect("inside the code");
                     prop_assert_eq!((found.line, found.resume), (place.line, place.resume));
+                    prop_assert_eq!(found.start, place.start);
                 }
                 start = place.end;
             }

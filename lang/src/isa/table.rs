@@ -101,6 +101,13 @@ macro_rules! opcode_rows {
             0x50 x 1 OnErrorStop "onerrorstop" None 0 0 Pure "no error handler";
             0x51 x 1 ResumeNext "resumenext" None 0 0 Ends "go on after the statement that failed; F16 outside an error handler";
             0x52 x 1 More "more" None 0 0 Pure "the next effect does not end its statement: serve no event behind it";
+            // From here to 0x5F instructions that only larger parts have; the fingerprint leaves them out, a feature
+            // says who has them.
+            0x53 x 1 Resume "resume" None 0 0 Ends "the statement that failed again; F16 outside an error handler";
+            0x54 x 1 Sin "sin" None 1 1 Pure "sine of 1/1000 degrees, in 1/10000";
+            0x55 x 1 Cos "cos" None 1 1 Pure "cosine of 1/1000 degrees, in 1/10000";
+            0x56 x 1 Atan2 "atan2" None 2 1 Pure "angle of (left, right) = (y, x), 1/1000 degrees";
+            0x57 x 1 MulDiv "muldiv" None 3 1 Pure "over = pop, times = pop; top * times / over, half away from zero; F02, F01";
             // Short forms.
             0x60 x 32 Small "small" None 0 1 Pure "push n";
             0x80 x 16 Load "load" None 0 1 Pure "push cell[n]";

@@ -132,6 +132,11 @@ pub const ROWS: &[Row] = &[
     row(&RS485, "RS-485 transmit, receive", SAME),
     row(&[DRIVE], "RS-485: high while it drives", SAME),
     row(&[PWM], "PWM of a [laser, spindle or servo](../host/profiles.md#the-pwm-pwm)", SAME),
+    row(
+        &ANALOG,
+        "analog inputs 1 to 4 of [`AIN`](../lang/README.md#analog-inputs), 0 to 3.3 V",
+        SAME,
+    ),
     row(&[PWM_OFF], "high lets go of the PWM's pin", SAME),
     row(&LINK, "UART transmit, receive: the back channel of the board's USB", SAME),
 ];
@@ -140,7 +145,6 @@ pub const ROWS: &[Row] = &[
 pub const RESERVED: &[Row] = &[
     row(&[STEP_A], "kept for STEP A (TA0.4)", SAME),
     row(&[DIR_A], "kept for DIR A", SAME),
-    row(&ANALOG, "kept for analog inputs A4, A5, A6, A12", SAME),
     row(&[SECOND_PWM], "kept for a second PWM (TB0.6)", SAME),
     row(&[COUNTERS[0]], "kept for counter 1 (TA2CLK) and the self-test", SAME),
     row(

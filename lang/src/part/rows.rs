@@ -90,7 +90,10 @@ pub const F5529: Part = Part {
         | feature::LINES
         | feature::POWER
         | feature::STREAM
-        | feature::LIBRARY,
+        | feature::LIBRARY
+        | feature::RETRY
+        | feature::MATHS
+        | feature::ANALOG,
     pool: [1152, 1152],
     event_pool: [0, 0],
     course_pool: 0,

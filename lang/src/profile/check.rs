@@ -1,7 +1,12 @@
 //! What a profile may say: ranges, and each number, name and role once.
 
-use super::{InputRole, OutputRole, Profile, ProfileError, SafeState, Wiring};
+use std::collections::HashMap;
+
+use super::{FIRST_THRESHOLD, InputRole, OutputRole, Profile, ProfileError, SafeState, Wiring};
 use crate::axis::Axis;
+use crate::front::diag::Diags;
+use crate::front::lexer::{begins_gcode, lex};
+use crate::front::token::Tok;
 
 impl Profile {
     /// Each number, name and role once, but for roles that a machine may have several of.
@@ -86,16 +91,6 @@ impl Profile {
                 return refuse(&what, "output", at, "a machine has one");
             }
         }
-        let names: Vec<_> = self.inputs.iter().map(|input| input.name.as_deref()).collect();
-        if let Some(at) = twice(&names) {
-            let what = format!("the name {:?}", names[at.0].unwrap_or_default());
-            return refuse(&what, "input", at, "give one of them another");
-        }
-        let names: Vec<_> = self.outputs.iter().map(|output| output.name.as_deref()).collect();
-        if let Some(at) = twice(&names) {
-            let what = format!("the name {:?}", names[at.0].unwrap_or_default());
-            return refuse(&what, "output", at, "give one of them another");
-        }
         let order: Vec<_> = self.home_order.iter().map(|name| Some(Axis::from(*name))).collect();
         if let Some((a, b)) = twice(&order) {
             return Err(ProfileError(format!(
@@ -104,6 +99,33 @@ impl Profile {
                 a + 1,
                 b + 1
             )));
+        }
+        Ok(())
+    }
+
+    /// Names that a script can write, each once: upper and lower case are the same there, and so are inputs and
+    /// outputs.
+    fn check_names(&self) -> Result<(), ProfileError> {
+        let inputs = self.inputs.iter().map(|own| ("input", own.n, own.name.as_deref()));
+        let outputs = self.outputs.iter().map(|own| ("output", own.n, own.name.as_deref()));
+        let mut seen = HashMap::new();
+        let analogs = self.analogs.iter().map(|own| ("analog input", own.n, own.name.as_deref()));
+        for (what, n, name) in inputs.chain(outputs).chain(analogs) {
+            let Some(name) = name else { continue };
+            if !is_name(name) {
+                let proposal =
+                    proposal(name).unwrap_or_else(|| format!("{what}_{n}").replace(' ', "_"));
+                return Err(ProfileError(format!(
+                    "{what} {n} is named {name:?}, which no script can write: a name is a letter, then letters, digits \
+                     and `_`, and no word of the language; write {proposal:?}"
+                )));
+            }
+            if let Some((other, m)) = seen.insert(name.to_lowercase(), (what, n)) {
+                return Err(ProfileError(format!(
+                    "{other} {m} and {what} {n} both have the name {name:?}; give one of them another (upper and lower \
+                     case are the same)"
+                )));
+            }
         }
         Ok(())
     }
@@ -178,11 +200,21 @@ impl Profile {
             }
         }
         for input in &self.inputs {
-            range("input.n", input.n.into(), 1, self.wiring.inputs().into())?;
+            if !self.has_input(input.n) {
+                range("input.n", input.n.into(), 1, self.wiring.inputs().into())?;
+            }
+            if input.n >= FIRST_THRESHOLD && input.invert {
+                return Err(ProfileError(format!(
+                    "input {}: invert does not go with a threshold; exchange on_mv and off_mv",
+                    input.n
+                )));
+            }
             range("input.filter_ms", input.filter_ms.into(), 1, 50)?;
         }
+        self.check_analog()?;
         self.check_pwm(range)?;
         self.check_roles()?;
+        self.check_names()?;
         for output in &self.outputs {
             range("output.n", output.n.into(), 1, self.wiring.outputs().into())?;
             if output.reset == SafeState::Keep {
@@ -191,6 +223,32 @@ impl Profile {
         }
         Ok(())
     }
+}
+
+/// Whether a script reads it as one name.
+fn is_name(text: &str) -> bool {
+    const BEFORE: &str = "PRINT ";
+    let mut diags = Diags::new();
+    let tokens = lex(&format!("{BEFORE}{text}"), &mut diags);
+    let [_, name, end] = &tokens[..] else { return false };
+    let whole = name.span.end as usize == BEFORE.len() + text.len();
+    end.tok == Tok::LineEnd
+        && whole
+        && !diags.has_errors()
+        && match name.tok {
+            Tok::Name => {
+                text.parse().ok().and_then(Axis::from_letter).is_none() && !begins_gcode(text)
+            }
+            Tok::Kw(kw) => kw.is_soft(),
+            _ => false,
+        }
+}
+
+/// A name that is near to a text which is none.
+fn proposal(text: &str) -> Option<String> {
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    let name: String = text.trim().chars().map(plain).collect();
+    Some(name).filter(|name| is_name(name))
 }
 
 #[cfg(test)]
@@ -242,6 +300,44 @@ mod tests {
         let text = mill.replace(line, "home_order = [\"X\", \"Y\", \"X\"]");
         let told = Profile::parse(&text).expect_err("X twice").0;
         assert!(told.contains("place 1 and 3"), "{told}");
+    }
+
+    /// What a script cannot write nobody can use, and a hint with it helps nobody.
+    #[test]
+    fn a_name_that_no_script_can_write_is_refused_with_one_that_it_can() {
+        let told = |section: &str, n: u8, name: &str| {
+            let text = format!("{}\n[[{section}]]\nn = {n}\nname = {name:?}\n", BUILT_IN[0].1);
+            Profile::parse(&text).map(drop).map_err(|error| error.0)
+        };
+        for (name, instead) in [
+            ("glue valve", "glue_valve"),
+            (" lid ", "lid"),
+            ("lid-closed", "lid_closed"),
+            ("Türe", "T_re"),
+            ("2nd", "output_5"),
+            ("on", "output_5"),
+            ("Wait", "output_5"),
+            ("", "output_5"),
+            ("x", "output_5"),
+            ("g1", "output_5"),
+            ("a'b", "a_b"),
+            ("a\nb", "a_b"),
+        ] {
+            let told = told("output", 5, name).expect_err(name);
+            let wanted = format!("output 5 is named {name:?}, which no script can write");
+            assert!(told.starts_with(&wanted), "{told}");
+            assert!(told.ends_with(&format!("write {instead:?}")), "{told}");
+        }
+        for name in ["glue", "label", "part_present", "Lid2"] {
+            assert_eq!(told("input", 5, name), Ok(()), "{name}");
+        }
+        let text = |a: &str, b: &str| {
+            let port = |section, n, name| format!("\n[[{section}]]\nn = {n}\nname = \"{name}\"\n");
+            BUILT_IN[0].1.to_owned() + &port("input", 5, a) + &port("output", 6, b)
+        };
+        let told = Profile::parse(&text("Lid", "lid")).expect_err("one name").0;
+        assert!(told.starts_with("input 5 and output 6 both have the name \"lid\""), "{told}");
+        assert!(Profile::parse(&text("lid", "lid_2")).is_ok());
     }
 
     #[test]

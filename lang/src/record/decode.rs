@@ -1,8 +1,11 @@
 //! From the bytes of a board's record to its fields, and back into a profile.
 
-use super::{BoardRecord, MoreRecord, OutputStates};
+use std::collections::BTreeSet;
+
+use super::{BoardRecord, MoreRecord, OutputStates, ThresholdRecord};
 use crate::profile::{
-    Input, InputRole, Link, Output, OutputRole, Parity, Profile, Pwm, PwmKind, SafeState, Wiring,
+    Analog, FIRST_THRESHOLD, Input, InputRole, Link, Output, OutputRole, Parity, Profile, Pwm,
+    PwmKind, SafeState, Threshold, Wiring,
 };
 
 impl BoardRecord {
@@ -67,6 +70,8 @@ impl BoardRecord {
         profile.outputs = self.outputs(&base.outputs, profile.wiring);
         let more = self.more();
         profile.pwm = more.pwm();
+        profile.analogs = more.analogs(&base.analogs);
+        profile.thresholds = more.thresholds();
         profile.rs485 =
             (more.rs485_address != 0).then(|| link(more.rs485_address, more.rs485_rate));
         profile
@@ -97,7 +102,8 @@ impl BoardRecord {
         ];
         let inverted = |n: i32| match n {
             17 => self.input_invert_high & 1 != 0,
-            _ => self.input_invert >> (n - 1) & 1 != 0,
+            1..=16 => self.input_invert >> (n - 1) & 1 != 0,
+            _ => false,
         };
         let input = |n: i32| {
             let role = stops.iter().chain(&single).find(|(number, _)| i32::from(*number) == n);
@@ -119,7 +125,10 @@ impl BoardRecord {
                 filter_ms: self.filter,
             })
         };
-        (1..=wiring.inputs()).filter_map(input).collect()
+        let made = base.iter().map(|input| input.n).filter(|n| *n >= FIRST_THRESHOLD);
+        let roles = stops.iter().chain(&single).map(|(n, _)| i32::from(*n));
+        let made: BTreeSet<i32> = made.chain(roles.filter(|n| *n >= FIRST_THRESHOLD)).collect();
+        (1..=wiring.inputs()).chain(made).filter_map(input).collect()
     }
 
     /// The outputs that have a role, a polarity or states of their own.
@@ -192,9 +201,38 @@ impl MoreRecord {
             pwm_kind: bytes[11],
             rs485_address: bytes[12],
             rs485_rate: bytes[13],
-            reserved: core::array::from_fn(|n| word(14 + 2 * n)),
+            thresholds: core::array::from_fn(|n| ThresholdRecord {
+                on: word(14 + 4 * n),
+                off: word(16 + 4 * n),
+            }),
             crc: word(30),
         }
+    }
+
+    /// The analog inputs; names are those of `base`.
+    fn analogs(&self, base: &[Analog]) -> Vec<Analog> {
+        let known = (1..).zip(&self.thresholds);
+        let used = known.filter(|(_, record)| record.off & ThresholdRecord::USED != 0);
+        let analog = |(n, record): (i32, &ThresholdRecord)| Analog {
+            n,
+            name: base.iter().find(|analog| analog.n == n).and_then(|analog| analog.name.clone()),
+            oversampling: 4,
+            filter_ms: 1 << record.filter().min(5),
+        };
+        used.map(analog).collect()
+    }
+
+    /// What makes inputs of them.
+    fn thresholds(&self) -> Vec<Threshold> {
+        let known = (FIRST_THRESHOLD..).zip(&self.thresholds);
+        let used = known.filter(|(_, record)| record.analog() != 0);
+        let threshold = |(input, record): (i32, &ThresholdRecord)| Threshold {
+            input,
+            analog: record.analog().into(),
+            on_mv: (record.on & ThresholdRecord::LEVEL).into(),
+            off_mv: (record.off & ThresholdRecord::LEVEL).into(),
+        };
+        used.map(threshold).collect()
     }
 
     fn pwm(&self) -> Option<Pwm> {
@@ -225,7 +263,9 @@ mod tests {
         for (name, _) in BUILT_IN {
             let profile = Profile::built_in(name).unwrap();
             let record = BoardRecord::of(&profile, 7);
-            assert_eq!(BoardRecord::from_bytes(&record.to_bytes()), record);
+            let more = MoreRecord::from_bytes(&record.more.to_bytes());
+            let head = BoardRecord::from_bytes(&record.to_bytes());
+            assert_eq!(BoardRecord { more, ..head }, record);
             assert_eq!(BoardRecord::of(&record.into_profile(&profile), 7), record);
         }
     }

@@ -1,10 +1,13 @@
 //! From a profile to its records, and to bytes.
 
-use super::{AxisRecord, BoardRecord, MachineRecord, MoreRecord, OutputStates, RECORD_VERSION};
+use super::{
+    AxisRecord, BoardRecord, MachineRecord, MoreRecord, OutputStates, RECORD_VERSION,
+    ThresholdRecord,
+};
 use crate::axis::Axis;
 use crate::profile::{
-    AxisProfile, Direction, InputRole, Output, OutputRole, Parity, Profile, PwmKind, SafeState,
-    Wiring,
+    AxisProfile, Direction, FIRST_THRESHOLD, InputRole, Output, OutputRole, Parity, Profile,
+    PwmKind, SafeState, Wiring,
 };
 use crate::wire::{CRC_START, crc16};
 
@@ -271,6 +274,7 @@ impl MoreRecord {
             more.rs485_address = rs485.address;
             more.rs485_rate = rate_code(rs485.rate, rs485.parity);
         }
+        more.thresholds = thresholds(profile);
         let Some(pwm) = &profile.pwm else { return more };
         MoreRecord {
             pwm_hz: pwm.hz(),
@@ -301,8 +305,7 @@ impl MoreRecord {
         };
         self.crc = crc(&self);
         if self.crc == 0 {
-            // Nobody looks at this word.
-            self.reserved[7] = 1;
+            self.thresholds[3].on |= ThresholdRecord::SPARE;
             self.crc = crc(&self);
         }
         self
@@ -314,13 +317,34 @@ impl MoreRecord {
         let pwm = [self.pwm_hz, self.pwm_range, self.pwm_minimum];
         let rs485 = u16::from_le_bytes([self.rs485_address, self.rs485_rate]);
         let words = pwm.into_iter().chain([self.servo_low, self.servo_high, kind, rs485]);
-        let words = words.chain(self.reserved).chain([self.crc]);
+        let levels = self.thresholds.into_iter().flat_map(|levels| [levels.on, levels.off]);
+        let words = words.chain(levels).chain([self.crc]);
         let mut bytes = [0; MoreRecord::SIZE];
         for (place, word) in bytes.chunks_exact_mut(2).zip(words) {
             place.copy_from_slice(&word.to_le_bytes());
         }
         bytes
     }
+}
+
+/// The thresholds' levels, and the analog inputs with their filters.
+fn thresholds(profile: &Profile) -> [ThresholdRecord; 4] {
+    let level = |mv: i32| u16::try_from(mv).unwrap_or(0) & ThresholdRecord::LEVEL;
+    core::array::from_fn(|place| {
+        let at = place as i32;
+        let mut record = ThresholdRecord::default();
+        if let Some(threshold) = profile.thresholds.iter().find(|t| t.input == FIRST_THRESHOLD + at)
+        {
+            let analog = u16::try_from(threshold.analog).unwrap_or(0);
+            record.on = level(threshold.on_mv) | analog << ThresholdRecord::ABOVE;
+            record.off = level(threshold.off_mv);
+        }
+        if let Some(analog) = profile.analogs.iter().find(|analog| analog.n == at + 1) {
+            let filter = analog.slowest_ms().max(1).ilog2() as u16;
+            record.off |= ThresholdRecord::USED | filter << ThresholdRecord::ABOVE;
+        }
+        record
+    })
 }
 
 /// The masks of one occasion; outputs that the profile does not name do as `others`.

@@ -78,7 +78,7 @@ impl Vm<'_, '_> {
             Op::ExitSub => self.go_back(true),
             Op::Give => self.give(),
             Op::Leave => self.leave(next),
-            _ => self.resume_next(),
+            _ => self.resume(op == Op::Resume),
         }
     }
 
@@ -132,7 +132,8 @@ impl Vm<'_, '_> {
         }
     }
 
-    fn resume_next(&mut self) -> Result<usize, Stop> {
+    /// RESUME NEXT, or with `again` RESUME.
+    fn resume(&mut self, again: bool) -> Result<usize, Stop> {
         if self.state.flags & flag::ERROR == 0 {
             return Err(Fault::Stack.into());
         }
@@ -143,7 +144,8 @@ impl Vm<'_, '_> {
                 entry::ERROR => {
                     // Code that no statement owns cannot fail, but an image may claim so.
                     let place = self.image.statements().and_then(|table| table.at(address));
-                    place.ok_or(Fault::Stack)?.resume
+                    let place = place.ok_or(Fault::Stack)?;
+                    if again { place.start } else { place.resume }
                 }
                 entry::ERROR_BETWEEN => address,
                 _ => continue,

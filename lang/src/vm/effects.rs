@@ -112,6 +112,9 @@ fn read(byte: u8) -> Option<Read> {
     const IN_PORT: u8 = Look::InPort as u8;
     const TIMER: u8 = Look::Timer as u8;
     const CHAR_IN: u8 = Look::CharIn as u8;
+    if byte >> 2 == Look::Analog as u8 {
+        return Some(Read::Analog((byte & flags::AXIS) + 1));
+    }
     let axis = axis(byte)?;
     Some(match byte >> 2 {
         POS => Read::Pos(axis),

@@ -218,6 +218,7 @@ fn look(read: Read) -> Encoded {
         Read::InPort => of(Look::InPort, 0),
         Read::Timer => of(Look::Timer, 0),
         Read::CharIn => of(Look::CharIn, 0),
+        Read::Analog(n) => of(Look::Analog, n.wrapping_sub(1) & flags::AXIS),
         Read::Pos(axis) => of(Look::Pos, number(axis)),
         Read::PosSteps(axis) => of(Look::PosSteps, number(axis)),
         Read::Probed(axis) => of(Look::Probed, number(axis)),

@@ -2,6 +2,7 @@
 
 use crate::fault::Fault;
 use crate::isa::Op;
+use crate::trig;
 
 /// An instruction of two operands, left and right.
 ///
@@ -19,6 +20,7 @@ pub fn binary(op: Op, left: i32, right: i32) -> Result<i32, Fault> {
         Op::Mod => Ok(left.wrapping_rem(right)),
         Op::Min => Ok(left.min(right)),
         Op::Max => Ok(left.max(right)),
+        Op::Atan2 => Ok(trig::atan2(left, right, trig::wide)),
         Op::And => Ok(left & right),
         Op::Or => Ok(left | right),
         Op::Xor => Ok(left ^ right),
@@ -47,6 +49,8 @@ pub fn unary(op: Op, value: i32) -> Result<i32, Fault> {
         Op::Neg => value.checked_neg().ok_or(Fault::Overflow),
         Op::Abs => value.checked_abs().ok_or(Fault::Overflow),
         Op::Sqr => root(value).ok_or(Fault::ValueRange),
+        Op::Sin => Ok(trig::sin(value, trig::wide)),
+        Op::Cos => Ok(trig::cos(value, trig::wide)),
         _ => Err(Fault::ImageRefused),
     }
 }

@@ -15,6 +15,7 @@ macro_rules! register_rows {
                 STATUS: InputRegisters 1000 + 27, 0;
                 PLACES: InputRegisters 1030 + 24, 0;
                 GOALS: InputRegisters 1060 + 24, 0;
+                ANALOGS: InputRegisters 1090 + 8, 0;
                 PROBE_RESULT_TEXT: InputRegisters 1330 + 12, 0;
                 PROBE_RESULT: InputRegisters 1350 + 12, 0;
                 CNC_STATUS: InputRegisters 3000 + 5, 0;
@@ -39,7 +40,7 @@ macro_rules! register_rows {
             registers {
                 /// Inputs 1..16, bit n-1; input 17 is bit 0 of the next register. Also input bits 0...
                 INPUTS: STATUS + 0;
-                /// Bit 0: input 17, the probe of the chain wiring.
+                /// Bit 0: input 17, the probe of the chain wiring. F5529: bits 1 to 4 inputs 18 to 21, which thresholds make.
                 INPUTS_HIGH: STATUS + 1;
                 /// Low byte: moving, bit per axis; high byte: direction, 1 positive. Also bits 256.., 264...
                 MOVING: STATUS + 16;
@@ -65,6 +66,8 @@ macro_rules! register_rows {
                 TARGETS: GOALS + 0;
                 /// F5529: speeds that axes on their own are to have, steps/s, signed, 32 bits for each axis; 0 at rest and on a path. Exception 2 on the G2553.
                 TARGET_SPEEDS: GOALS + 12;
+                /// F5529: voltage at analog inputs 1 to 4, mV, a register each; the four registers behind them are 0. Exception 2 on the G2553.
+                ANALOG_INPUTS: ANALOGS + 0;
                 /// Free registers of the command buffer: 21 when it takes a command, else 0.
                 COMMAND_ROOM: CNC_STATUS + 0;
                 /// Bit 0 alarm, 2 homing, 3 program running, 4 paused, 5 jog, 6 door, 8 emergency stop.
@@ -98,7 +101,7 @@ macro_rules! register_rows {
                 RESET_CAUSE: OWN + 11;
                 /// Bytes of stack never used since reset.
                 STACK_FREE: OWN + 12;
-                /// Milliseconds that were served late since reset.
+                /// Milliseconds that were served more than 2 ms late since reset.
                 MISSED_DEADLINES: OWN + 13;
                 /// Free RAM words of the largest pool, in 16-bit words.
                 POOL_WORDS_REGISTER: OWN + 14;
@@ -130,7 +133,7 @@ macro_rules! register_rows {
                 RUN_COUNT: OWN + 27;
                 /// Homed axes, bit per axis.
                 HOMED: OWN + 28;
-                /// Input that keeps Start or a move from working, from 1, or 0.
+                /// Input that keeps Start or a move from working, from 1, or 0; 255 before an F5529 has a profile.
                 BLOCKING_INPUT: OWN + 29;
                 /// Machine positions in steps, 32 bits for each axis.
                 MACHINE_POSITIONS: OWN + 30;

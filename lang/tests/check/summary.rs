@@ -206,7 +206,10 @@ fn stmt(program: &Program, stmt: &Stmt, depth: usize, out: &mut String) {
                 .iter()
                 .map(|part| match part {
                     PrintPart::Text(text) => format!("{text:?}"),
-                    PrintPart::Value(value) => format!("{}:{}", e(value), value.kind),
+                    PrintPart::Value(value, unit) if *unit == value.kind.unit() => {
+                        format!("{}:{}", e(value), value.kind)
+                    }
+                    PrintPart::Value(value, unit) => format!("{} in {}", e(value), unit.suffix()),
                 })
                 .collect();
             let _ = writeln!(out, "print {}", parts.join("; "));
@@ -299,6 +302,10 @@ fn expr(program: &Program, value: &Expr) -> String {
             format!("{}({})", program.routine(*id).name, args.join(", "))
         }
         ExprKind::ToSteps(axis, a) => format!("steps({axis:?}, {})", e(a)),
+        ExprKind::MulDiv(parts) => {
+            let parts: Vec<String> = parts.iter().map(e).collect();
+            format!("muldiv({})", parts.join(", "))
+        }
         ExprKind::ToLength(axis, a) => format!("length({axis:?}, {})", e(a)),
         ExprKind::Read(lang::hir::ReadKind::In(n)) => format!("in({})", e(n)),
         ExprKind::Read(lang::hir::ReadKind::Out(n)) => format!("out({})", e(n)),

@@ -196,6 +196,7 @@ fn a_broken_opcode_is_caught() {
         (Op::Max, Op::Min),
         (Op::Neg, Op::Abs),
         (Op::Err, Op::Erl),
+        (Op::Sin, Op::Cos),
     ];
     for (from, to) in broken {
         let tally = std::cell::RefCell::new(Tally::default());

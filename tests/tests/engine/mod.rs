@@ -5,13 +5,17 @@ use emulator::{Board, Image, Part, Signal};
 use firmware::motion::scaled::Scaled;
 use firmware::motion::{PathSegment, queue};
 use lang::part::SHORT_PULSE_US;
-use lang::record::AxisRecord;
+use lang::record::{AxisRecord, BoardRecord};
 
 /// The shipped image, symbols and all.
 pub fn board() -> Board {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/image/pasapas-f5529.elf");
     let bytes = std::fs::read(path).expect("the shipped image");
-    Board::new(Part::F5529, &Image::parse(&bytes).expect("an ELF file"))
+    let mut board = Board::new(Part::F5529, &Image::parse(&bytes).expect("an ELF file"));
+    // Without a profile it drives no pin.
+    let record = BoardRecord::DEFAULT.sealed().to_bytes();
+    (lang::part::F5529.profiles[0]..).zip(record).for_each(|(at, byte)| board.poke8(at, byte));
+    board
 }
 
 /// Rate of the step timer.

@@ -9,19 +9,21 @@ use toml::{Table, Value};
 const PAGE: &str = include_str!("../../../host/profiles.md");
 
 /// Heading and the place of its keys in a file.
-const SECTIONS: [(&str, &str); 8] = [
+const SECTIONS: [(&str, &str); 10] = [
     ("## The machine", ""),
     ("## An axis", "x"),
     ("## Start, Stop", "run"),
     ("## The serial link", "link"),
     ("## Inputs", "input"),
     ("## Outputs", "output"),
+    ("## Analog", "analog"),
+    ("## Thresholds", "threshold"),
     ("## The PWM", "pwm"),
     ("## RS-485", "rs485"),
 ];
 /// Keys of a section that hold sections of their own.
 const INNER: [(&str, &[&str]); 2] = [
-    ("", &["x", "y", "z", "run", "link", "rs485", "pwm", "input", "output"]),
+    ("", &["x", "y", "z", "run", "link", "rs485", "pwm", "input", "output", "analog", "threshold"]),
     ("x", &["scale", "home"]),
 ];
 

@@ -6,8 +6,8 @@ use super::clock::RATE;
 use super::reg::{
     P1DIR, P1DS, P1IN, P1OUT, P1REN, P1SEL, P2DIR, P2IE, P2IES, P2IFG, P2IN, P2OUT, P2REN, P2SEL,
     P3DIR, P3OUT, P3REN, P3SEL, P4DIR, P4OUT, P4REN, P4SEL, P5OUT, P5REN, P5SEL, P6DIR, P6DS,
-    P6OUT, P6REN, P6SEL, P7IN, P7OUT, P7REN, P8DIR, P8OUT, P8REN, UCB0BR0, UCB0BR1, UCB0CTL0,
-    UCB0CTL1, UCB0RXBUF, UCB0STAT, UCB0TXBUF,
+    P6OUT, P6REN, P6SEL, P7IN, P7OUT, P7REN, P7SEL, P8DIR, P8OUT, P8REN, UCB0BR0, UCB0BR1,
+    UCB0CTL0, UCB0CTL1, UCB0RXBUF, UCB0STAT, UCB0TXBUF,
 };
 use core::arch::global_asm;
 use core::mem::offset_of;
@@ -32,6 +32,11 @@ const P5_XT2: u8 = pins::mask(&pins::CRYSTAL);
 /// LEDs of the board, which are off.
 const P1_LED: u8 = pins::LEDS[0].mask();
 const P4_LED: u8 = pins::LEDS[1].mask();
+
+/// The first analog input's bit in port 6; the next two follow, the fourth is in port 7.
+const P6_ANALOG: u32 = pins::ANALOG[0].bit as u32;
+const P6_ANALOGS: u8 = pins::ANALOG[0].mask() | pins::ANALOG[1].mask() | pins::ANALOG[2].mask();
+const P7_ANALOG: u8 = pins::ANALOG[3].mask();
 
 /// The probe of the chain wiring among the [`inputs`].
 pub const PROBE: u8 = pins::INPUTS[0].mask();
@@ -60,6 +65,9 @@ const _: () = assert!(
         && pins::DIR[0].port == 6
         && pins::LATCH.port == 1
         && pins::ENABLE.port == 6
+        && pins::ANALOG[0].port == 6
+        && P6_ANALOGS == 7 << P6_ANALOG
+        && pins::ANALOG[3].port == 7
         && pins::INPUTS[0].port == 2
         && pins::mask(&pins::INPUTS) == 0xF0
 );
@@ -91,7 +99,8 @@ pub const SPI_TXBUF: u16 = UCB0TXBUF.0;
 // thirty instructions; until then they float at whatever their resistors make of them. Full strength gives the 10 to 16 mA
 // that optocouplers of drivers want (SLAS590, "Outputs - General Purpose I/O (Full Drive Strength)"). The copies of the
 // profile say which level of STEP is at rest. Where they differ in it, as one may be older than a change, or cut short,
-// STEP is not driven before the profile is known that holds: its resistor keeps it at rest.
+// STEP is not driven before the profile is known that holds: its resistor keeps it at rest. Without one of a copy, which is
+// whole when its last word was written, nobody has said how the board is wired, and neither STEP nor DIR is driven.
 global_asm!(
     r#"
     .section .text.ports,"ax",@progbits
@@ -101,12 +110,15 @@ pasapas_hold_steps:
     mov.b #{step_strength}, &{p1ds}
     mov.b #{dir_strength}, &{p6ds}
     clr.b &{p6out}
-    mov.b #{dirs}, &{p6dir}
     mov.b #{stop}, &{p1out}
-    /* bit 0: active high, bit 1: active low; a board without a profile is active high */
+    /* bit 0: active high, bit 1: active low; 0: no profile */
     clr r12
     .irp copy, {first}, {second}
     cmp #{version}, &\copy+{version_at}
+    jne 2f
+    cmp #-1, &\copy+{last_at}
+    jeq 2f
+    bit #{unwired}, &\copy+{flags_at}
     jne 2f
     bit #{step_low}, &\copy+{flags_at}
     jne 1f
@@ -115,6 +127,9 @@ pasapas_hold_steps:
 1:  bis #2, r12
 2:
     .endr
+    tst r12
+    jeq 4f
+    mov.b #{dirs}, &{p6dir}
     cmp #3, r12
     jeq 4f
     cmp #2, r12
@@ -131,6 +146,8 @@ pasapas_hold_steps:
     version = const RECORD_VERSION,
     version_at = const offset_of!(BoardRecord, version),
     flags_at = const offset_of!(BoardRecord, flags),
+    last_at = const offset_of!(BoardRecord, crc),
+    unwired = const BoardRecord::UNWIRED,
     step_low = const BoardRecord::STEP_LOW,
     step = const P1_STEP,
     dirs = const DIRS,
@@ -146,7 +163,7 @@ pasapas_hold_steps:
 /// exchange; contacts, and the receive pin of a cable that is off, are pulled up; pins without a use down.
 pub(super) fn open() {
     let floating = P1_STEP | P1_LED | LATCH;
-    // STEP stays as `Reset` has left it.
+    // STEP and DIR stay as `Reset` has left them.
     P1SEL.set(0);
     P1DIR.set(P1_LED | P1DIR.get() & P1_STEP);
     P1REN.set(!floating);
@@ -165,7 +182,7 @@ pub(super) fn open() {
     P5REN.set(!P5_XT2);
     P6OUT.set(0);
     P6SEL.set(0);
-    P6DIR.set(DIRS);
+    P6DIR.set(P6DIR.get() & DIRS);
     P6REN.set(!(DIRS | ENABLE));
     P7OUT.set(P7_START);
     P7REN.set(0xFF);
@@ -240,6 +257,17 @@ pub fn open_pwm() {
     P3DIR.raise(P3_PWM);
 }
 
+/// Gives analog inputs, bit 0 for A4, their pins, without resistors of the chip.
+pub fn open_analog(inputs: u8) {
+    let six = inputs << P6_ANALOG & P6_ANALOGS;
+    P6REN.clear(six);
+    P6SEL.raise(six);
+    if inputs & 1 << 3 != 0 {
+        P7REN.clear(P7_ANALOG);
+        P7SEL.raise(P7_ANALOG);
+    }
+}
+
 /// Sends a byte to the chain and brings the one that comes.
 #[inline(always)]
 pub fn chain_byte(out: u8) -> u8 {
@@ -274,8 +302,9 @@ pub fn watch_edges(pins: u8) {
     P2IE.set(pins);
 }
 
-/// Gives the timer the STEP pins, whose outputs are at rest. `low`: STEP is active when low.
+/// Drives DIR and gives the timer the STEP pins, whose outputs are at rest. `low`: STEP is active when low.
 pub fn give_steps(low: bool) {
+    P6DIR.raise(DIRS);
     if low {
         P1OUT.raise(P1_STEP);
     } else {
@@ -283,6 +312,12 @@ pub fn give_steps(low: bool) {
     }
     P1DIR.raise(P1_STEP);
     P1SEL.raise(P1_STEP);
+}
+
+/// STEP and DIR are left to their resistors.
+pub fn leave_axes() {
+    P1DIR.clear(P1_STEP);
+    P6DIR.clear(DIRS);
 }
 
 /// Levels of the DIR pins.

@@ -12,6 +12,22 @@ pub struct Byte(pub u16);
 #[derive(Clone, Copy)]
 pub struct Word(pub u16);
 
+impl Byte {
+    /// The register so many addresses on.
+    #[inline(always)]
+    pub const fn after(self, bytes: u16) -> Byte {
+        Byte(self.0 + bytes)
+    }
+}
+
+impl Word {
+    /// See [`Byte::after`].
+    #[inline(always)]
+    pub const fn after(self, bytes: u16) -> Word {
+        Word(self.0 + bytes)
+    }
+}
+
 // SAFETY (all accesses): each address is that of a register of this chip with this width, and a volatile
 // access is one instruction.
 impl Byte {
@@ -118,6 +134,7 @@ pub const P7OUT: Byte = Byte(0x0262);
 pub const P8OUT: Byte = Byte(0x0263);
 pub const P8DIR: Byte = Byte(0x0265);
 pub const P7REN: Byte = Byte(0x0266);
+pub const P7SEL: Byte = Byte(0x026A);
 pub const P8REN: Byte = Byte(0x0267);
 
 pub const TA0CTL: Word = Word(0x0340);
@@ -175,3 +192,11 @@ pub const UCA1RXBUF: Byte = Byte(0x060C);
 pub const UCA1TXBUF: Byte = Byte(0x060E);
 pub const UCA1IE: Byte = Byte(0x061C);
 pub const UCA1IFG: Byte = Byte(0x061D);
+
+pub const ADC12CTL0: Word = Word(0x0700);
+pub const ADC12CTL1: Word = Word(0x0702);
+pub const ADC12CTL2: Word = Word(0x0704);
+/// Control bytes of the 16 memories.
+pub const ADC12MCTL: Byte = Byte(0x0710);
+/// The 16 memories.
+pub const ADC12MEM: Word = Word(0x0720);

@@ -85,6 +85,7 @@ impl<C: Chip> Controller<C> {
             && self.emergency_now() == 0
             && settled(&self.io.inputs, self.io.raw)
             && self.io.buttons.is_settled()
+            && self.analog_is_settled()
             && self.library.shown == 0
             && self.program.events.iter().all(|event| event.kind & PENDING == 0)
     }

@@ -1,10 +1,11 @@
 //! Inputs and outputs as the program and the roles of the profile see them.
 
 use super::Controller;
+use crate::analog::{Analog, FIRST_THRESHOLD, LAST_THRESHOLD};
 use crate::inputs::Inputs;
 use crate::machine::chip::Chip;
 use lang::record::BoardRecord;
-use lang::wire::RunState;
+use lang::wire::{RunState, UNWIRED};
 
 /// States that the lamp shows in ways of their own.
 const EMPTY: u8 = RunState::Empty as u8;
@@ -26,6 +27,8 @@ pub struct Io {
     pub raw: u16,
     /// Level of input 17, which has no filter, in the last millisecond.
     pub probe: bool,
+    /// Analog inputs and what thresholds make of them.
+    pub analog: Analog,
 }
 
 impl<C: Chip> Controller<C> {
@@ -34,8 +37,11 @@ impl<C: Chip> Controller<C> {
         self.io.buttons.accepted() & 1 != 0 || self.blocking() != 0
     }
 
-    /// The input that blocks, 0 for none.
+    /// The input that blocks, 0 for none, [`UNWIRED`] while nobody has said how the board is wired.
     pub fn blocking(&self) -> u8 {
+        if !self.wired() {
+            return UNWIRED as u8;
+        }
         let record = &self.record;
         let rest = [&record.stop, &record.hold, &record.door].map(|numbers| self.first_on(numbers));
         rest.into_iter().find(|n| *n != 0).unwrap_or_else(|| self.first_on(&record.emergency))
@@ -57,6 +63,7 @@ impl<C: Chip> Controller<C> {
         match n {
             1..=16 => self.io.inputs.levels() >> (n - 1) & 1 != 0,
             17 if self.chained() => self.chip.probe() != (self.record.input_invert_high != 0),
+            FIRST_THRESHOLD..=LAST_THRESHOLD => self.io.analog.on >> (n - FIRST_THRESHOLD) & 1 != 0,
             _ => false,
         }
     }
@@ -74,10 +81,24 @@ impl<C: Chip> Controller<C> {
         self.record.flags & BoardRecord::CHAIN != 0
     }
 
+    /// Whether somebody has said how the board is wired. Before that each of its pins is left to its resistor, as what is
+    /// off or at rest in one wiring is on in another, and nothing starts or moves.
+    pub fn wired(&self) -> bool {
+        self.record.flags & BoardRecord::UNWIRED == 0
+    }
+
+    /// Outputs that there are, as a mask.
+    pub fn all_outputs(&self) -> u16 {
+        match (self.wired(), self.chained()) {
+            (false, _) => 0,
+            (true, true) => 0xFFFF,
+            (true, false) => 0b11,
+        }
+    }
+
     /// Sets an output, numbered from 1; `false` beyond those there are.
     pub fn set_output(&mut self, n: u16, on: bool) -> bool {
-        let most = if self.chained() { 16 } else { 2 };
-        if n == 0 || n > most {
+        if n == 0 || n > 16 || self.all_outputs() >> (n - 1) & 1 == 0 {
             return false;
         }
         let bit = 1 << (n - 1);
@@ -98,7 +119,11 @@ impl<C: Chip> Controller<C> {
         let levels = outputs ^ self.record.output_invert;
         let fault = self.io.outputs & self.record.fault.keep | self.record.fault.on;
         self.chip.remember_stop(fault ^ self.record.output_invert);
-        let raw = if self.chained() { self.chip.exchange(levels) } else { self.chip.pins(levels) };
+        let raw = match (self.wired(), self.chained()) {
+            (false, _) => 0,
+            (true, true) => self.chip.exchange(levels),
+            (true, false) => self.chip.pins(levels),
+        };
         let raw = raw ^ self.record.input_invert;
         self.io.raw = self.io.inputs.forced(raw);
         raw

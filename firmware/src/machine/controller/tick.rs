@@ -17,7 +17,7 @@ const SILENCE: u16 = 2000;
 pub struct Clock {
     /// Those handled.
     pub tick: u16,
-    /// Those served late.
+    /// Those served more than 2 ms late.
     pub missed: u16,
     /// Phase of the input filter.
     phase: u8,
@@ -58,6 +58,8 @@ impl<C: Chip> Controller<C> {
     fn millisecond(&mut self) {
         let before = self.io.inputs.levels();
         let raw = self.exchange();
+        let crossed = self.io.analog.on;
+        self.sample_analog();
         self.limits();
         self.chip.look_after_clock();
         self.clock.phase += 1;
@@ -135,8 +137,9 @@ impl<C: Chip> Controller<C> {
                 self.save();
             }
         }
-        let was = u32::from(before) | u32::from(probe_was) << 16;
-        let is = u32::from(now) | u32::from(self.io.probe) << 16;
+        let high = |probe: bool, crossed: u8| u32::from(probe) << 16 | u32::from(crossed) << 17;
+        let was = u32::from(before) | high(probe_was, crossed);
+        let is = u32::from(now) | high(self.io.probe, self.io.analog.on);
         self.program.listen(self.session.executes(), is & !was, was & !is);
     }
 

@@ -1,5 +1,6 @@
 //! What the rules of effects look at and change.
 
+use crate::analog::LAST_THRESHOLD;
 use crate::machine::chip::Chip;
 use crate::machine::controller::{Controller, PULSE_BEGUN};
 use crate::rules::effects::Effects;
@@ -24,6 +25,10 @@ impl<C: Chip> Effects for Controller<C> {
     fn pop_number(&mut self, least: u8, most: u8) -> Result<u8, Fault> {
         let n = self.vm.pop_small(most.into()) as u8;
         if n < least || n > most { Err(Fault::ValueRange) } else { Ok(n) }
+    }
+    fn pop_input(&mut self) -> Result<u8, Fault> {
+        let n = self.pop_number(1, LAST_THRESHOLD)?;
+        if self.has_input(n) { Ok(n) } else { Err(Fault::ValueRange) }
     }
     fn pop_time(&mut self) -> Result<i32, Fault> {
         let time = self.vm.pop();

@@ -91,7 +91,8 @@ impl<C: Chip> Moves for Controller<C> {
         self.motor.homed & axis.bit() != 0
     }
     fn port(&self) -> i32 {
-        i32::from(self.io.inputs.levels()) | i32::from(self.input(17)) << 16
+        let wired = i32::from(self.io.inputs.levels()) | i32::from(self.input(17)) << 16;
+        wired | i32::from(self.io.analog.on) << 17
     }
     fn timer(&self) -> i32 {
         self.program.timer

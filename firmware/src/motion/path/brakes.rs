@@ -7,7 +7,7 @@
 
 /// Blocks that may wait, of chords of 0.05 mm what 45.8 mm/s at 250 mm/s2 want. Ten more would reach F3000 less a
 /// twentieth; the stack has that memory, so that 512 bytes are never touched at its deepest.
-pub const DEPTH: usize = 86;
+pub const DEPTH: usize = 84;
 
 /// No square of a speed is more.
 pub const HIGHEST: u32 = (1 << 29) - 1;

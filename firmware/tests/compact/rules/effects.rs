@@ -65,6 +65,9 @@ impl Effects for Twin {
         let n = self.pop();
         if n < least.into() || n > most.into() { Err(Fault::ValueRange) } else { Ok(n as u8) }
     }
+    fn pop_input(&mut self) -> Result<u8, Fault> {
+        self.pop_number(1, 17)
+    }
     fn pop_time(&mut self) -> Result<i32, Fault> {
         let time = self.pop();
         self.chip.set_long("TIME", 0, time as u32);

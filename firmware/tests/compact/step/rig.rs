@@ -54,20 +54,37 @@ impl Machine {
     pub(super) fn run(&mut self, ticks: u64) {
         let end = self.chip.board.cycles() + ticks;
         while self.chip.board.cycles() < end {
-            let mut until = end;
-            if let Some(due) = self.request {
-                if due <= self.chip.board.cycles() {
-                    let [high, low] = POSITIONS.to_be_bytes();
-                    let body = [1, 3, high, low, 0, 6];
-                    let crc = body.iter().fold(CRC_START, |crc, &byte| crc16(crc, byte));
-                    self.chip.board.uart_send(&[&body[..], &crc.to_le_bytes()].concat());
-                    self.request = Some(due + 6 * MS);
-                    self.replies += self.chip.board.uart_take().len();
-                }
-                until = end.min(due + 6 * MS);
-            }
-            self.chip.board.run_until(until);
+            self.run_some(end);
         }
+    }
+
+    /// The image runs to a breakpoint; `false`: it does not come there in so many ticks.
+    pub(super) fn run_to(&mut self, place: u16, ticks: u64) -> bool {
+        self.chip.board.set_breakpoint(place);
+        let end = self.chip.board.cycles() + ticks;
+        let mut stop = Stop::Time;
+        while self.chip.board.cycles() < end && stop != Stop::Breakpoint(place.into()) {
+            stop = self.run_some(end);
+        }
+        self.chip.board.clear_breakpoint(place);
+        stop == Stop::Breakpoint(place.into())
+    }
+
+    /// The image runs to the host's next request, and no further than `end`.
+    fn run_some(&mut self, end: u64) -> Stop {
+        let mut until = end;
+        if let Some(due) = self.request {
+            if due <= self.chip.board.cycles() {
+                let [high, low] = POSITIONS.to_be_bytes();
+                let body = [1, 3, high, low, 0, 6];
+                let crc = body.iter().fold(CRC_START, |crc, &byte| crc16(crc, byte));
+                self.chip.board.uart_send(&[&body[..], &crc.to_le_bytes()].concat());
+                self.request = Some(due + 6 * MS);
+                self.replies += self.chip.board.uart_take().len();
+            }
+            until = end.min(due + 6 * MS);
+        }
+        self.chip.board.run_until(until)
     }
 
     /// Calls a routine from the main loop, with interrupts on, between two passes.

@@ -139,7 +139,7 @@ impl Engine {
         let (additions, ends) = (steps_in(ramp, count), ends_with_step(ramp, count));
         let mut steps = [0; 3];
         let mut armed = 0;
-        for axis in 0..3 {
+        for (axis, made) in steps.iter_mut().enumerate() {
             let inc = segment.inc[axis];
             let sum = u64::from(self.accumulators[axis]) + u64::from(inc) * u64::from(additions);
             let counted = (sum >> 32) as u32;
@@ -147,7 +147,7 @@ impl Engine {
             // The last addition carried when it left less than it added.
             let carried = ends && (sum as u32) < inc;
             armed |= u8::from(carried) << axis;
-            steps[axis] = u32::from(self.armed >> axis & 1) + counted - u32::from(carried);
+            *made = u32::from(self.armed >> axis & 1) + counted - u32::from(carried);
             let way = counted.cast_signed();
             let way = if self.negative >> axis & 1 != 0 { -way } else { way };
             self.count[axis] = self.count[axis].wrapping_add(way);
@@ -247,7 +247,7 @@ mod tests {
             inc: [u32::MAX, 0x8000_0000 >> (n % 3), 12_345_678 * n],
             acc: [1 << 15, 0, 77],
             negative: n as u8 & 0b101,
-            begin: n % 2 == 0,
+            begin: n.is_multiple_of(2),
             ..PathSegment::default()
         }
     }

@@ -7,6 +7,7 @@ mod modules;
 mod pins;
 mod registers;
 
+use super::periph::adc12::Adc12;
 use super::periph::crc16::Crc16;
 use super::periph::flash::Flash;
 use super::periph::mpy32::Mpy32;
@@ -139,6 +140,7 @@ pub struct Bus {
     pub(crate) wdt: Watchdog,
     mpy: Mpy32,
     crc: Crc16,
+    adc: Adc12,
     /// RCCTL0
     ram_control: u16,
     /// Levels of all pins, as the plant numbers them.
@@ -210,6 +212,7 @@ impl Bus {
             usci_b: Default::default(),
             mpy: Mpy32::default(),
             crc: Crc16::default(),
+            adc: Adc12::default(),
             ram_control: 0,
             levels: 0,
             held_low: 0,

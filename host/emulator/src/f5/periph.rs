@@ -1,5 +1,6 @@
 //! Modules that only the MSP430x5xx has; those that both families have are in `crate::periph`.
 
+pub mod adc12;
 pub mod crc16;
 pub mod dco;
 pub mod flash;

@@ -9,23 +9,6 @@ use serde::Deserialize;
 use crate::terminal::{Terminal, input, output};
 use crate::wrong::{Wrong, of_toml, place};
 
-/// Keys of the file.
-const KEYS: [&str; 14] = [
-    "diameter",
-    "dot",
-    "stencil",
-    "output",
-    "ms",
-    "clearance",
-    "board",
-    "lift",
-    "suck_ms",
-    "suck",
-    "purge",
-    "purge_ms",
-    "touch",
-    "probe",
-];
 /// Longest time, ms.
 const LONGEST: u32 = 60_000;
 
@@ -76,7 +59,7 @@ impl Needle {
     /// # Errors
     /// What is wrong and where.
     pub fn parse(text: &str, profile: &Profile) -> Result<Needle, Wrong> {
-        let needle: Needle = toml::from_str(text).map_err(|error| of_toml(text, &error, &KEYS))?;
+        let needle: Needle = toml::from_str(text).map_err(|error| of_toml(text, &error))?;
         needle.check(profile).map_err(|(key, words, hint)| {
             let stands = |line: &str| line.split('=').next().is_some_and(|k| k.trim() == key);
             let at = text.lines().position(stands).unwrap_or(0);

@@ -186,8 +186,8 @@ fn what_is_wrong_with_a_layer_is_told_by_line() {
 #[test]
 fn what_is_wrong_with_a_needle_is_told_by_key() {
     for (from, to, line, words, hint) in [
-        ("stencil", "stensil", 3, "there is no key `stensil`", "`stencil` is the nearest key"),
-        ("ms = 80\n", "", 1, "missing field `ms`", "add the key"),
+        ("stencil", "stensil", 3, "there is no key `stensil` here", "`stencil` is the nearest key"),
+        ("ms = 80\n", "", 1, "the key `ms` is missing", "add it"),
         ("dot = 0.6", "dot = -1", 2, "dot is -1", "0.01 to 20 mm"),
         ("diameter = 0.4", "diameter = 4", 2, "a dot 0.6 mm wide", "half as wide"),
         ("ms = 80", "ms = 0", 5, "ms is 0", "1 to 60000 ms"),
@@ -202,7 +202,7 @@ fn what_is_wrong_with_a_needle_is_told_by_key() {
         ("clearance = 0", "clearance = -30", 6, "lifts above the clearance", "above board"),
         ("suck_ms = 20", "purge = [1, 1]", 8, "purge and purge_ms go together", "purge_ms = 500"),
         ("suck_ms = 20", "purge_ms = 9\npurge = [1, 900]", 9, "at Y 900", "a place of the machine"),
-        ("ms = 80", "ms = -80", 5, "invalid value: integer `-80`", "known keys are"),
+        ("ms = 80", "ms = -80", 5, "invalid value: integer `-80`", "numbers as they are"),
     ] {
         let wrong = needle(&NEEDLE.replacen(from, to, 1)).expect_err(to);
         assert!(wrong.text.contains(words) && wrong.hint.contains(hint), "{to}: {wrong:?}");

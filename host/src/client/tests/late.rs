@@ -89,7 +89,8 @@ impl Link for Mishaps {
     }
 }
 
-fn client(build: &'static Build, meant: fn(&[u8]) -> bool, mishap: Mishap) -> Client<Mishaps> {
+/// A link to an emulated board that answers.
+pub(super) fn emulated(build: &'static Build) -> InProcess {
     let firmware = build.image().expect("the firmware");
     let mill = Profile::built_in("mill").expect("built in");
     let rig = Rig::new(build, &firmware, &mill, &World::empty(), &Registers::default());
@@ -97,9 +98,12 @@ fn client(build: &'static Build, meant: fn(&[u8]) -> bool, mishap: Mishap) -> Cl
     rig.borrow_mut().begin();
     let mut client = Client::new(InProcess::new(rig), 1);
     client.find().expect("it answers");
-    let link = client.into_link();
+    client.into_link()
+}
+
+fn client(build: &'static Build, meant: fn(&[u8]) -> bool, mishap: Mishap) -> Client<Mishaps> {
     let link = Mishaps {
-        link,
+        link: emulated(build),
         meant,
         mishap: Some(mishap),
         waiting: VecDeque::new(),

@@ -1,9 +1,9 @@
 //! What a user hears when a job ends in a fault, and how it goes on.
 
-use lang::axis::Axis;
 use lang::fault::Fault;
 use lang::profile::Profile;
 
+use crate::client::orders;
 use crate::client::status::Status;
 use crate::cmd::console::Console;
 
@@ -28,7 +28,7 @@ impl Ended {
         let what = format!("fault {fault}: {}", fault.text());
         let input = status.and_then(|status| status.input);
         match (fault, input) {
-            (Fault::LimitSwitch, Some(input)) => limit(what, i32::from(input), line, profile),
+            (Fault::LimitSwitch, Some(input)) => limit(what, input, line, profile),
             (_, Some(input)) => Ended { what: format!("{what} (input {input})"), hint },
             _ => Ended { what, hint },
         }
@@ -42,22 +42,17 @@ impl Ended {
 }
 
 /// An axis met its reference switch: to go on from the line would meet it again.
-fn limit(what: String, input: i32, line: u32, profile: &Profile) -> Ended {
-    let axis = Axis::ALL
-        .into_iter()
-        .find(|axis| profile.axis(*axis).is_some() && profile.reference_input(*axis) == input);
-    let Some(axis) = axis else {
+fn limit(what: String, input: u16, line: u32, profile: &Profile) -> Ended {
+    let Some((axis, jog)) = orders::off_switch(profile, input) else {
         let hint = format!("move the axis off the switch; --from-line {line} goes on from there");
         return Ended { what: format!("{what} (input {input})"), hint };
     };
     let letter = axis.letter();
-    let way = profile.axis(axis).map_or(1, |own| -own.home.direction.sign());
-    let sign = if way < 0 { "-" } else { "" };
     Ended {
         what: format!("{what} of {letter} (input {input})"),
         hint: format!(
-            "the job reaches beyond the switch of {letter}: `pasapas start` acknowledges, `pasapas jog \
-             {letter} {sign}5mm` leaves the switch; then begin the job further away from it"
+            "the job reaches beyond the switch of {letter}: `pasapas start` acknowledges, `{jog}` leaves the \
+             switch; then begin the job further away from it"
         ),
     }
 }

@@ -32,8 +32,14 @@ impl KeepFile {
             .vars
             .iter()
             .filter_map(|var| match var.storage {
-                Storage::Keep(index) => Some((index, var.name.clone())),
+                Storage::Keep(index) => Some((index, var)),
                 _ => None,
+            })
+            .flat_map(|(first, var)| {
+                (0..var.len as u8).map(move |n| match var.array {
+                    true => (first + n, format!("{}({n})", var.name)),
+                    false => (first, var.name.clone()),
+                })
             })
             .collect();
         names.sort();

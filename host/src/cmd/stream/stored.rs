@@ -13,7 +13,7 @@ use super::ended::Ended;
 use super::keys::Keys;
 use crate::client::identity::Identity;
 use crate::client::orders;
-use crate::client::status::{Status, long};
+use crate::client::status::{Status, holds, long};
 use crate::cmd::console::Console;
 use crate::cmd::port::Board;
 use crate::cmd::script::Script;
@@ -38,13 +38,13 @@ const PATIENCE: Duration = Duration::from_secs(5);
 ///
 /// # Errors
 /// A fault is latched, or an input holds the board; in words.
-fn startable(status: &Status) -> Result<(), Failure> {
+pub(super) fn startable(status: &Status) -> Result<(), Failure> {
     let why = match (status.run_state, &status.fault, status.blocked_by) {
         (Some(RunState::Fault), Some(fault), _) => {
             let text = status.text.unwrap_or_default();
             format!("{fault} is latched ({text}): `pasapas start` acknowledges it")
         }
-        (_, _, Some(input)) => format!("input {input} holds it"),
+        (_, _, Some(input)) => holds(input),
         (Some(RunState::Running | RunState::Paused | RunState::WaitStart), ..) => {
             "a program runs: `pasapas stop` ends it".to_owned()
         }

@@ -1,18 +1,18 @@
 //! Inputs with their filters.
 
 use lang::fault::Fault;
-use lang::profile::Profile;
+use lang::profile::{FIRST_THRESHOLD, LAST_THRESHOLD, Profile};
 
 /// Filter time where the profile names no input, ms.
 const FILTER_MS: u8 = 5;
 /// Number of the Start button: one that no input of a wiring has.
-pub const START: i32 = 18;
+pub const START: i32 = LAST_THRESHOLD + 1;
 /// Number of the Stop button.
-pub const STOP: i32 = 19;
+pub const STOP: i32 = START + 1;
 /// Highest input number and one more.
-const INPUTS: usize = 18;
+const INPUTS: usize = LAST_THRESHOLD as usize + 1;
 /// The same with the buttons.
-const LINES: usize = 20;
+const LINES: usize = INPUTS + 2;
 
 /// One input.
 #[derive(Clone, Copy, Debug, Default)]
@@ -47,6 +47,8 @@ impl Input {
 pub struct Inputs {
     lines: [Input; LINES],
     count: i32,
+    /// Inputs that thresholds make.
+    made: Vec<i32>,
 }
 
 impl Inputs {
@@ -54,8 +56,13 @@ impl Inputs {
     pub fn new(profile: &Profile) -> Inputs {
         let named = profile.inputs.iter().map(|input| input.filter_ms);
         let filter_us = u64::from(named.max().unwrap_or(FILTER_MS)) * 1_000;
-        let lines = [Input { filter_us, ..Input::default() }; LINES];
-        Inputs { lines, count: profile.wiring.inputs() }
+        let mut lines = [Input { filter_us, ..Input::default() }; LINES];
+        // Two levels are filter enough.
+        for line in &mut lines[FIRST_THRESHOLD as usize..INPUTS] {
+            line.filter_us = 0;
+        }
+        let made = profile.thresholds.iter().map(|threshold| threshold.input).collect();
+        Inputs { lines, count: profile.wiring.inputs(), made }
     }
 
     /// What was there before power-up needs no filter; a button that is pressed then is pressed
@@ -122,7 +129,7 @@ impl Inputs {
     /// # Errors
     /// F20 for a number that the wiring lacks.
     pub fn read(&self, n: i32) -> Result<bool, Fault> {
-        if !(1..=self.count).contains(&n) {
+        if !(1..=self.count).contains(&n) && !self.made.contains(&n) {
             return Err(Fault::ValueRange);
         }
         Ok(self.lines[n as usize].state)
@@ -139,6 +146,7 @@ impl Inputs {
     }
 
     fn bits(&self, of: impl Fn(&Input) -> bool) -> i32 {
-        (1..=self.count).fold(0, |bits, n| bits | i32::from(of(&self.lines[n as usize])) << (n - 1))
+        let all = (1..=self.count).chain(self.made.iter().copied());
+        all.fold(0, |bits, n| bits | i32::from(of(&self.lines[n as usize])) << (n - 1))
     }
 }

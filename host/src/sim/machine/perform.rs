@@ -85,7 +85,7 @@ impl Machine {
             }
             Effect::PrintText(index) => self.print.text(index),
             Effect::PrintValue(value, unit) => {
-                self.print.push(format_args!("{value}{}", unit.suffix()));
+                self.print.push(format_args!("{}", unit.show(value)));
             }
             Effect::PrintEnd => {
                 let text = self.print.take();
@@ -174,6 +174,7 @@ impl Machine {
             Read::Homed(axis) => self.axes.is_homed(axis).into(),
             Read::Timer => self.timer(),
             Read::TimedOut => self.waits.timed_out.into(),
+            Read::Analog(n) => self.analog.read(n),
             Read::CharIn => std::mem::take(&mut self.waits.char_in),
         })
     }

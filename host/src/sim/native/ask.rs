@@ -42,6 +42,9 @@ impl Native {
                 Some(text) => self.print(&text),
                 None => Step::Done(0),
             },
+            Effect::PrintValue(value, unit) if unit.decimals().is_some() => {
+                self.print(&unit.show(value).to_string())
+            }
             Effect::PrintValue(_, unit) => match self.ask_for(effect) {
                 Step::Done(_) if unit != Unit::None => self.print(unit.suffix()),
                 step => step,

@@ -88,7 +88,11 @@ impl Native {
         };
         let stands = session.is(RunState::Paused)
             || waits && session.executes() && program.effect.phase != 0 && !self.is_told_the_time();
-        stands && self.scenario_is_over() && controller.motor.rests() && controller.clock.spin == 0
+        stands
+            && self.scenario_is_over()
+            && controller.motor.rests()
+            && controller.clock.spin == 0
+            && controller.analog_is_settled()
     }
 
     /// Whether ON EVERY lets something happen.

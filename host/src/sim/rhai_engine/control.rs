@@ -27,8 +27,7 @@ impl Translator<'_> {
         self.out.begin(stmt.line, end);
         for (index, arm) in arms.iter().enumerate() {
             if index > 0 {
-                let id = self.out.part(arm.line, end);
-                self.out.belongs_to(id);
+                self.out.test(arm.line, end);
             }
             let [yes, no] = [self.out.block(), self.out.block()];
             let condition = self.condition(&arm.condition);
@@ -56,8 +55,7 @@ impl Translator<'_> {
         let value = self.value(value);
         self.out.line(format!("v{} = {value};", temp.0));
         for case in cases {
-            let id = self.out.part(case.line, end);
-            self.out.belongs_to(id);
+            self.out.test(case.line, end);
             let body = self.out.block();
             for test in &case.tests {
                 let next = self.out.block();

@@ -171,6 +171,7 @@ pub fn look(kind: &ReadKind) -> (Read, Option<&Expr>) {
         ReadKind::Timer => (Read::Timer, None),
         ReadKind::TimedOut => (Read::TimedOut, None),
         ReadKind::CharIn => (Read::CharIn, None),
+        ReadKind::Analog(n) => (Read::Analog(*n), None),
     }
 }
 

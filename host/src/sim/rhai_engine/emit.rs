@@ -149,6 +149,17 @@ impl Emitter {
         self.id
     }
 
+    /// A further test of a statement, in a block of its own: RESUME begins there again.
+    pub fn test(&mut self, line: u32, resume: usize) {
+        if self.precise && !self.bodies[self.current].lines.is_empty() {
+            let block = self.block();
+            self.open(block);
+        }
+        let id = self.part(line, resume);
+        self.infos[id].start = self.current as i32;
+        self.belongs_to(id);
+    }
+
     /// What follows belongs to statement `id` again.
     pub fn belongs_to(&mut self, id: Id) {
         self.id = id;

@@ -27,6 +27,8 @@ fn unary(op: UnOp, x: &str) -> String {
         UnOp::Abs => "mag",
         UnOp::Sgn => "sgn",
         UnOp::Sqr => "sqr",
+        UnOp::Sin => "sine",
+        UnOp::Cos => "cosine",
     };
     format!("{name}({x})")
 }
@@ -57,6 +59,7 @@ fn binary(op: BinOp, a: &str, b: &str) -> String {
         BinOp::Shr => return format!("shr({a}, {b})"),
         BinOp::Min => return format!("least({a}, {b})"),
         BinOp::Max => return format!("most({a}, {b})"),
+        BinOp::Atan2 => return format!("angle({a}, {b})"),
         _ => {
             let sign = comparison(op).unwrap_or("==");
             return format!("(if {a} {sign} {b} {{ 1 }} else {{ 0 }})");
@@ -90,6 +93,10 @@ impl Translator<'_> {
             ExprKind::Call(routine, arguments) => {
                 self.call(*routine, arguments);
                 "rv".to_owned()
+            }
+            ExprKind::MulDiv(parts) => {
+                let values = self.values(&parts.each_ref());
+                format!("muldiv({})", values.join(", "))
             }
             ExprKind::ToSteps(axis, x) => format!("ts({}, {})", axis.index(), self.value(x)),
             ExprKind::ToLength(axis, x) => format!("tl({}, {})", axis.index(), self.value(x)),

@@ -5,6 +5,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use lang::fault::Fault;
+use lang::trig;
 use rhai::{Array, Dynamic, Engine, EvalAltResult, Position};
 
 use super::runtime::{Break, Runtime};
@@ -61,7 +62,9 @@ fn root(a: i32) -> Result<i32, Fault> {
 fn operators(engine: &mut Engine, runtime: &Shared) {
     type Unary = fn(i32) -> Result<i32, Fault>;
     type Binary = fn(i32, i32) -> Result<i32, Fault>;
-    let one: [(&str, Unary); 5] = [
+    let one: [(&str, Unary); 7] = [
+        ("sine", |a| Ok(trig::sin(a, trig::wide))),
+        ("cosine", |a| Ok(trig::cos(a, trig::wide))),
         ("neg", |a| a.checked_neg().ok_or(Fault::Overflow)),
         ("mag", |a| a.checked_abs().ok_or(Fault::Overflow)),
         ("bnot", |a| Ok(!a)),
@@ -74,7 +77,8 @@ fn operators(engine: &mut Engine, runtime: &Shared) {
             function(a).or_else(|fault| raise(&shared, fault.into()))
         });
     }
-    let two: [(&str, Binary); 6] = [
+    let two: [(&str, Binary); 7] = [
+        ("angle", |y, x| Ok(trig::atan2(y, x, trig::wide))),
         ("div", quotient),
         ("rem", remainder),
         ("shl", |a, b| Ok(((a as u32) << shift_count(b)?) as i32)),
@@ -88,6 +92,10 @@ fn operators(engine: &mut Engine, runtime: &Shared) {
             function(a, b).or_else(|fault| raise(&shared, fault.into()))
         });
     }
+    let shared = runtime.clone();
+    engine.register_fn("muldiv", move |value: i32, times: i32, over: i32| -> Out<i32> {
+        trig::mul_div(value, times, over, trig::wide).or_else(|fault| raise(&shared, fault.into()))
+    });
     let shared = runtime.clone();
     engine.register_fn("nz", move |a: i32| -> Out<()> {
         if a == 0 { raise(&shared, Fault::ValueRange.into()) } else { Ok(()) }
@@ -165,11 +173,13 @@ fn control(engine: &mut Engine, runtime: &Shared) {
             left.or_else(|cause| raise(&shared, cause))
         });
     }
-    let shared = runtime.clone();
-    engine.register_fn("rn", move || -> Out<i32> {
-        let resumed = shared.borrow_mut().resume_next();
-        resumed.or_else(|cause| raise(&shared, cause))
-    });
+    for (name, again) in [("rn", false), ("ra", true)] {
+        let shared = runtime.clone();
+        engine.register_fn(name, move || -> Out<i32> {
+            let resumed = shared.borrow_mut().resume(again);
+            resumed.or_else(|cause| raise(&shared, cause))
+        });
+    }
     let shared = runtime.clone();
     engine.register_fn("gt", move |to: i32| -> i32 {
         shared.borrow_mut().goto();

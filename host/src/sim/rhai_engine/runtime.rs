@@ -52,6 +52,8 @@ enum Kind {
 struct Frame {
     kind: Kind,
     back: i32,
+    /// Where RESUME comes back to: the beginning of what failed.
+    start: i32,
     /// Values on the stack when it began.
     base: usize,
     /// It comes back to the beginning of a statement that has been counted already.
@@ -197,7 +199,7 @@ impl Runtime {
                 Err(Break::Jump)
             }
             Step::Late(fault) => {
-                self.jump = Some(self.raise(fault, back, between)?);
+                self.jump = Some(self.raise(fault, [back; 2], between)?);
                 Err(Break::Jump)
             }
         }
@@ -249,7 +251,7 @@ impl Runtime {
         if self.frames.len() >= self.depth {
             return Err(Fault::Stack);
         }
-        self.frames.push(Frame { kind, back, base: self.values.len(), between });
+        self.frames.push(Frame { kind, back, start: back, base: self.values.len(), between });
         Ok(())
     }
 
@@ -288,11 +290,11 @@ impl Runtime {
         }
     }
 
-    /// RESUME NEXT.
+    /// RESUME NEXT, or with `again` RESUME.
     ///
     /// # Errors
     /// F16.
-    pub fn resume_next(&mut self) -> Result<i32, Break> {
+    pub fn resume(&mut self, again: bool) -> Result<i32, Break> {
         if !self.in_error_handler() {
             return Err(Fault::Stack.into());
         }
@@ -302,7 +304,7 @@ impl Runtime {
                 let open = self.frames.iter().any(|frame| frame.kind == Kind::Event);
                 self.machine.leave_handler(open);
                 self.again = frame.between;
-                return Ok(frame.back);
+                return Ok(if again { frame.start } else { frame.back });
             }
         }
         Err(Fault::Stack.into())
@@ -321,8 +323,13 @@ impl Runtime {
         }
     }
 
-    /// A fault: the block of the error handler, which comes back to `back`.
-    fn raise(&mut self, fault: Fault, back: i32, between: bool) -> Result<i32, Break> {
+    /// A fault: the block of the error handler, which comes back to `back`, by RESUME to `start`.
+    fn raise(
+        &mut self,
+        fault: Fault,
+        [back, start]: [i32; 2],
+        between: bool,
+    ) -> Result<i32, Break> {
         let line = self.line();
         self.machine.set_line(line);
         let fault = self.machine.ramp_down(fault);
@@ -340,7 +347,7 @@ impl Runtime {
                     return Err(Break::Over);
                 }
                 self.values.truncate(base);
-                self.frames.push(Frame { kind: Kind::Error, back, base, between });
+                self.frames.push(Frame { kind: Kind::Error, back, start, base, between });
                 self.machine.enter_handler();
                 Ok(handler)
             }
@@ -368,8 +375,8 @@ impl Runtime {
             return Ok(jump);
         }
         let fault = self.fault.take().unwrap_or(Fault::Overflow);
-        let resume = self.infos.get(self.current).map_or(0, |info| info.resume);
-        self.raise(fault, resume, false)
+        let places = self.infos.get(self.current).map_or([0; 2], |info| [info.resume, info.start]);
+        self.raise(fault, places, false)
     }
 
     /// END.
@@ -411,7 +418,7 @@ impl Runtime {
             return ended;
         }
         let fault = self.fault.take().unwrap_or(Fault::Overflow);
-        match self.raise(fault, 0, false) {
+        match self.raise(fault, [0; 2], false) {
             _ if self.stopped => Final::Stopped(self.line()),
             Ok(_) | Err(_) => self.ended.unwrap_or(Final::Fault(fault, self.line())),
         }

@@ -70,7 +70,7 @@ fn survey(block: &Block, uses: &mut Uses) {
             StmtKind::OnInput { .. } | StmtKind::OnEvery { .. } | StmtKind::MoveSpeed { .. } => {
                 uses.interruptions = true;
             }
-            StmtKind::OnError(_) | StmtKind::ResumeNext => uses.errors = true,
+            StmtKind::OnError(_) | StmtKind::ResumeNext | StmtKind::Resume => uses.errors = true,
             kind => kind.blocks().into_iter().for_each(|block| survey(block, uses)),
         }
     }
@@ -266,6 +266,7 @@ impl Translator<'_> {
                 self.out.line(format!("oe({to});"));
             }
             StmtKind::ResumeNext => self.out.close("pc = rn();".to_owned()),
+            StmtKind::Resume => self.out.close("pc = ra();".to_owned()),
             StmtKind::Print(parts) => self.print(stmt.line, parts),
             StmtKind::Home { axes, query } => {
                 for &axis in axes {
@@ -316,7 +317,7 @@ impl Translator<'_> {
     fn print(&mut self, line: u32, parts: &[PrintPart]) {
         // A FUNCTION may print: its value is there before the line begins.
         let call = parts.iter().find_map(|part| match part {
-            PrintPart::Value(value) if value.has_call() => Some(value),
+            PrintPart::Value(value, _) if value.has_call() => Some(value),
             _ => None,
         });
         let early = call.map(|value| {
@@ -331,12 +332,12 @@ impl Translator<'_> {
                     let index = self.text(text);
                     self.plain(line, Effect::PrintText(index), Vec::new());
                 }
-                PrintPart::Value(value) => {
+                PrintPart::Value(value, unit) => {
                     let given = match &early {
                         Some(temp) if value.has_call() => temp.clone(),
                         _ => self.value(value),
                     };
-                    self.plain(line, Effect::PrintValue(0, value.kind.unit()), vec![given]);
+                    self.plain(line, Effect::PrintValue(0, *unit), vec![given]);
                 }
             }
         }

@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use lang::axis::Axis;
+use lang::profile::ANALOGS;
 use rhai::{Dynamic, Engine, EvalAltResult, FnPtr, NativeCallContext};
 
 use super::plan::{Expectation, Job, Plan};
@@ -22,6 +23,11 @@ pub const FUNCTIONS: &[(&str, &str)] = &[
         "Each time output `n` goes on (`true`) or off (`false`), the function runs so much later.",
     ),
     ("set_in(n, on)", "Input `n` goes on or off, as scripts see it: polarity is the profile's."),
+    ("set_ain(n, mv)", "Analog input `n` has this voltage from now on, mV."),
+    (
+        "ramp_ain(n, mv, ms)",
+        "Its voltage goes evenly from what it is to this one within so many ms, by a step each ms.",
+    ),
     (
         "probe_at(\"Z\", steps[, side])",
         "The probe is on with the axis at this machine position and beyond it, seen from 0; side 1: there \
@@ -61,6 +67,8 @@ pub fn names() -> String {
 
 /// Highest input and output number of any wiring.
 const LINES: i32 = 17;
+/// Highest voltage at a pin, mV: what lies above the supply is cut off by the pin.
+const VOLTS: i32 = 3300;
 
 type Done = Result<(), Box<EvalAltResult>>;
 
@@ -88,6 +96,21 @@ fn line(context: &NativeCallContext<'_>, n: i32) -> Result<i32, Box<EvalAltResul
         return Ok(n);
     }
     fail(context, format!("number {n}; inputs and outputs are 1..{LINES}"))
+}
+
+/// An analog input and a voltage at it, mV.
+fn analog(
+    context: &NativeCallContext<'_>,
+    n: i32,
+    mv: i32,
+) -> Result<(i32, u16), Box<EvalAltResult>> {
+    if !(1..=ANALOGS).contains(&n) {
+        return fail(context, format!("analog input {n}; they are 1..{ANALOGS}"));
+    }
+    match u16::try_from(mv) {
+        Ok(volts) if mv <= VOLTS => Ok((n, volts)),
+        _ => fail(context, format!("{mv} mV; a pin has 0..{VOLTS} mV")),
+    }
 }
 
 /// A state as scripts write it: `true`, `false` or a number.
@@ -160,6 +183,19 @@ fn stimuli(engine: &mut Engine, shared: &Rc<RefCell<Plan>>) {
         plan.borrow_mut().act(Action::Input { n, on });
         Ok(())
     });
+    let plan = shared.clone();
+    engine.register_fn("set_ain", move |c: NativeCallContext<'_>, n: i32, mv: i32| -> Done {
+        let (n, mv) = analog(&c, n, mv)?;
+        plan.borrow_mut().ramp(n, mv, 0).or_else(|text| fail(&c, text))
+    });
+    let plan = shared.clone();
+    engine.register_fn(
+        "ramp_ain",
+        move |c: NativeCallContext<'_>, n: i32, mv: i32, ms: i32| -> Done {
+            let ((n, mv), time) = (analog(&c, n, mv)?, us(&c, ms)?);
+            plan.borrow_mut().ramp(n, mv, time).or_else(|text| fail(&c, text))
+        },
+    );
     let plan = shared.clone();
     engine.register_fn("press_start", move || plan.borrow_mut().press(Button::Start, PRESS_US));
     let plan = shared.clone();

@@ -22,6 +22,8 @@ pub enum Job {
     Press(Button, u64),
     /// The controller feels it.
     Act(Action),
+    /// Another step of the ramp of an analog input, from 0; older ramps of it are over.
+    Ramp(usize, u64),
 }
 
 /// An `after_out`.
@@ -42,6 +44,28 @@ pub enum Expectation {
     Pos(Axis, i32),
 }
 
+/// A voltage that goes evenly to another.
+#[derive(Clone, Copy, Debug, Default)]
+struct Ramp {
+    /// mV and us.
+    from: (u16, u64),
+    to: (u16, u64),
+    /// Counts ramps of this input.
+    number: u64,
+}
+
+impl Ramp {
+    /// mV at a time, us.
+    fn at(&self, us: u64) -> u16 {
+        let ((from, begin), (to, end)) = (self.from, self.to);
+        if us >= end {
+            return to;
+        }
+        let (way, part) = (i64::from(to) - i64::from(from), (us - begin.min(us)).cast_signed());
+        (i64::from(from) + way * part / (end - begin).cast_signed()) as u16
+    }
+}
+
 /// See the module.
 #[derive(Debug, Default)]
 pub struct Plan {
@@ -57,6 +81,7 @@ pub struct Plan {
     pub registers: Registers,
     jobs: BTreeMap<(u64, u64), Job>,
     sequence: u64,
+    ramps: [Ramp; 4],
     hooks: Vec<Hook>,
     held: [u32; 2],
     actions: Vec<Action>,
@@ -104,6 +129,38 @@ impl Plan {
     /// The controller feels `action` now.
     pub fn act(&mut self, action: Action) {
         self.actions.push(action);
+    }
+
+    /// Analog input `n`, from 1, goes to a voltage, mV, within a time, us.
+    ///
+    /// # Errors
+    /// There are too many things planned.
+    pub fn ramp(&mut self, n: i32, mv: u16, time_us: u64) -> Result<(), String> {
+        let Some(place) = usize::try_from(n - 1).ok().filter(|place| *place < self.ramps.len())
+        else {
+            return Ok(());
+        };
+        let (now, old) = (self.now_us, self.ramps[place]);
+        let (from, to) = ((old.at(now), now), (mv, now.saturating_add(time_us)));
+        self.ramps[place] = Ramp { from, to, number: old.number + 1 };
+        self.climb(place, old.number + 1)
+    }
+
+    /// A step of a ramp, if it still is the last one of its input, and the next step after it.
+    ///
+    /// # Errors
+    /// There are too many things planned.
+    pub fn climb(&mut self, place: usize, number: u64) -> Result<(), String> {
+        let ramp = self.ramps[place];
+        if ramp.number != number {
+            return Ok(());
+        }
+        let now = self.now_us;
+        self.act(Action::Analog { n: place as i32 + 1, mv: ramp.at(now) });
+        if now < ramp.to.1 {
+            self.schedule((now + 1_000).min(ramp.to.1), Job::Ramp(place, number))?;
+        }
+        Ok(())
     }
 
     /// A button goes down and, `hold_us` later, up again. A button held twice at once is down

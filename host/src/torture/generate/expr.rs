@@ -1,6 +1,7 @@
 //! Expressions of the generated programs, by kind.
 
 use super::Writer;
+use lang::record::feature;
 
 /// Literals at the edges of the arithmetic.
 const NUMBERS: [&str; 14] = [
@@ -27,7 +28,8 @@ impl Writer<'_> {
             return self.simple_number();
         }
         let d = depth - 1;
-        match self.tape.pick(18) {
+        // What only some parts have is drawn for these alone: the programs of the others stay as they were.
+        match self.tape.pick(if self.has(feature::MATHS) { 19 } else { 18 }) {
             0..=2 => self.simple_number(),
             3..=6 => {
                 let (a, b) = (self.number(d), self.simple_number());
@@ -77,6 +79,7 @@ impl Writer<'_> {
                 let (a, b) = (self.length(0), self.length(0));
                 format!("({a} / {b})")
             }
+            17 if self.has(feature::MATHS) => self.turning(d),
             16 => {
                 self.tape.of(&["ERR", "ERL", "COUNT(list)", "COUNT(pairs)", "INPORT()"]).to_owned()
             }
@@ -129,6 +132,37 @@ impl Writer<'_> {
             7 => format!("LENGTH({}, {})", self.axis(), self.steps()),
             _ => format!("MIN({}, 15mm)", self.length(d)),
         }
+    }
+
+    /// SIN, COS, ATAN2 and SCALE of values of any size.
+    fn turning(&mut self, depth: usize) -> String {
+        let (a, b) = (self.number(depth), self.simple_number());
+        match self.tape.pick(4) {
+            0 => format!("SIN({a} * {})", self.tape.of(&["1mdeg", "1deg"])),
+            1 => format!("COS({a} * {})", self.tape.of(&["1mdeg", "90deg"])),
+            2 => format!("(ATAN2({a}, {b}) / 1mdeg)"),
+            _ => {
+                let [from, to, low] = [(); 3].map(|()| self.simple_number());
+                let high = self.tape.of(&["0", "7", "-1000", "vb", "2147483647"]);
+                format!("SCALE({a}, {from}, {to}, {low}, {high})")
+            }
+        }
+    }
+
+    /// A quantity of any size in a unit of its kind.
+    pub(super) fn shown(&mut self) -> String {
+        let (one, units): (_, &[&str]) = match self.tape.pick(7) {
+            0 => return format!("{} IN {}", self.length(1), self.tape.of(&["mm", "um", "in"])),
+            1 => return format!("{} IN st", self.steps()),
+            2 => ("1um", &["mm", "in", "um"]),
+            3 => ("1ms", &["s", "min", "ms"]),
+            4 => ("1000um/s", &["mm/s", "mm/min", "in/min", "um/s"]),
+            5 => ("1mm/s2", &["mm/s2", "um/s2"]),
+            _ => return format!("({} * 1st/s) IN st/s", self.number(1)),
+        };
+        // Speeds have no unit as small as the stored one.
+        let one = one.replace("1000um/s", "0.001mm/s");
+        format!("({} * {one}) IN {}", self.number(1), self.tape.of(units))
     }
 
     /// Steps.

@@ -107,3 +107,25 @@ fn a_text_and_its_file_go_together() {
     desk.create("c.bas", "Home Y\n".to_owned()).expect("a new one");
     assert_eq!((desk.text(), desk.name().as_deref()), ("Home Y\n", Some("c.bas")));
 }
+
+/// A job that is too long to be changed here is shown as it is, follows its file, and no page writes it.
+#[test]
+fn a_long_job_is_shown_and_not_changed() {
+    let line = "G1 X10 Y10 F600\n";
+    let long = line.repeat(super::LONGEST / line.len() + 2);
+    let (_folder, file, mut desk) = desk(&long);
+    assert!(desk.shown().fixed && desk.shown().text == long);
+    assert!(desk.set(desk.number(), "Home\n".to_owned()).is_err());
+    assert_eq!(desk.text(), long);
+    // Another program may change it.
+    assert!(!desk.look() && !desk.look());
+    std::fs::write(&file, format!("Home\n{long}")).expect("a file");
+    assert!(desk.look());
+    assert!(desk.text().starts_with("Home\nG1"));
+    assert!(!desk.look());
+    // What is too long even for that is refused, with the command that runs it.
+    std::fs::write(&file, line.repeat(super::super::file::LARGEST / line.len() + 2))
+        .expect("a file");
+    let refused = super::Desk::open(Some(&file.display().to_string()), None, |_| {});
+    assert!(refused.is_err());
+}

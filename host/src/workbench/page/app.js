@@ -1,6 +1,7 @@
 // The page: puts its parts together and shows how things stand.
-import { h, $, text, tell, action, lamp } from './dom.js';
+import { h, $, text, tell, action, refused } from './dom.js';
 import { Link } from './link.js';
+import { frame, head, SILENT } from './frame.js';
 import { lexer } from './lexer.js';
 import { Editor } from './editor.js';
 import { Script } from './document.js';
@@ -13,38 +14,19 @@ import { Machine } from './machine.js';
 import { Library } from './library.js';
 import { Teach } from './teach.js';
 import { Pattern } from './pattern.js';
+import { Drag } from './drag.js';
+import { Values } from './values.js';
+import { Insert } from './insert.js';
 import './tabs.js';
 
 const link = new Link();
 const parts = {};
+frame(link, { ...SILENT, gone: 'The tool does not answer: it was ended, or the way to it is cut.' });
 
-link.addEventListener('locked', e => lock(e.detail));
 link.addEventListener('welcome', e => begin(e.detail));
 link.addEventListener('state', e => show(e.detail));
-link.addEventListener('lost', e => blind(e.detail ? 'The workbench has ended.' : 'The tool does not answer: it was ended, or the way to it is cut.'));
-link.addEventListener('blind', () => blind('No news from the tool: what this page shows may be old.'));
-link.addEventListener('words', e => tell(e.detail, true));
-link.addEventListener('bye', () => blind('The workbench has ended.'));
-
-// The password's form: this page has no key, or a wrong one.
-function lock(words) {
-  $('#lock').hidden = false;
-  text($('#lock-words'), words);
-  $('#password').focus();
-}
-$('#lock').addEventListener('submit', e => {
-  e.preventDefault();
-  link.connect($('#password').value.trim());
-});
-
-function blind(words) {
-  $('#blind').hidden = false;
-  text($('#blind'), words);
-  document.body.classList.add('blind');
-}
 
 function begin(welcome) {
-  $('#lock').hidden = true;
   if (!parts.editor) build(welcome);
   parts.welcome = welcome;
   parts.language.can = welcome.lsp;
@@ -68,7 +50,7 @@ function build(welcome) {
   run.broken = () => editor.diags.some(own => own.kind === 'error');
   const machine = new Machine(link);
   const teach = new Teach(link, machine, script), pattern = new Pattern(link, machine, script);
-  pattern.view = view;
+  pattern.view = teach.view = view;
   const library = new Library(link);
   Object.assign(parts, { library, editor, script, language, assist, view, trial, run, machine, teach, pattern });
   trial.isNewest = about => about.number === script.number && script.synced;
@@ -78,18 +60,21 @@ function build(welcome) {
     pattern.begin(about.machine);
     if (trial.isNewest(about)) editor.halt(about.effects);
   };
+  trial.beside = new Values(editor, view);
+  new Drag(editor, script, view, trial, () => trial.about?.machine ?? machine.machine);
   script.addEventListener('changed', title);
   const chosen = h('input', { type: 'file', id: 'own', hidden: true, onchange: e => {
     const [file] = e.target.files;
     e.target.value = '';
-    if (file) take(file).catch(error => tell(error.message, true));
+    if (file) take(file).catch(refused);
   } });
   $('#edit-buttons').append(
     action('Open a file…', () => chosen.click(), { id: 'open-file', title: 'A script, or a program of another system; it can be dropped on the page, too' }), chosen,
     action('Save', save, { id: 'save', title: 'Ctrl+S' }),
+    new Insert(editor, welcome.words.statements ?? []).button,
     action('Format', () => language.format(), { id: 'format', title: 'Ctrl+Shift+F' }),
     action('Rename', () => language.rename(), { id: 'rename', title: 'F2', hidden: !welcome.lsp?.renameProvider }));
-  $('#helm').addEventListener('click', () => link.ask({ helm: !link.state?.mine }).catch(error => tell(error.message, true)));
+  $('#helm').addEventListener('click', () => link.ask({ helm: !link.state?.mine }).catch(refused));
   $('#quit').addEventListener('click', () => { if (confirm(parts.script?.dirty ? `${parts.script.file ?? 'The new script'} is not saved. End the workbench all the same? A copy stays beside it.` : 'End the workbench?')) link.say('quit'); });
   $('#theirs').addEventListener('click', () => script.takeTheirs());
   $('#mine').addEventListener('click', () => script.keepMine());
@@ -106,7 +91,6 @@ function build(welcome) {
   }
 }
 
-// Stop is said before anything else, and works from every page.
 $('#stop').addEventListener('pointerdown', stop);
 $('#stop').addEventListener('click', stop);
 function stop() {
@@ -126,6 +110,9 @@ function title() {
   const { script } = parts;
   text($('#file'), (script.file ?? 'new script') + (script.dirty ? ' •' : ''));
   document.title = `${script.file ?? 'Pasapas'}${script.dirty ? ' •' : ''}`;
+  $('#long').hidden = !script.fixed;
+  if (script.fixed) text($('#long'), `${(script.editor.lines.length - 1).toLocaleString('en')} lines: too long to be changed here. It is simulated, and Stream runs it; another editor may change its file.`);
+  $('#format').disabled = $('#rename').disabled = $('#insert-statement').disabled = script.fixed;
   $('#split').hidden = !script.split;
   $('#conflict').hidden = !script.conflict || script.split;
 }
@@ -138,24 +125,18 @@ function files(names) {
     list.value = '';
     if (!name) return;
     await parts.script.sync();
-    link.ask({ open: name }).catch(error => tell(error.message, true));
+    link.ask({ open: name }).catch(refused);
   };
 }
 
 function show(state) {
-  $('#blind').hidden = true;
-  document.body.classList.remove('blind');
   const { picture } = state;
-  const up = picture.port === 'up';
-  lamp($('#port'), up);
-  text($('#port-words'), up ? 'it answers' : picture.lost ?? 'opening the port');
-  $('#helm').setAttribute('aria-pressed', state.mine);
-  text($('#helm'), state.mine ? 'You have the helm' : state.taken ? 'Take the helm (another page has it)' : 'Take the helm');
+  head(state);
   parts.run.show(state);
   parts.library.show(state);
   parts.machine.show(state);
   parts.teach.show(state);
-  parts.trial.runs = parts.run.runs;
+  if (parts.trial.runs !== parts.run.runs) { parts.trial.runs = parts.run.runs; parts.trial.besides(); }
   const place = parts.machine.place(state);
   const { status } = picture;
   if (!status) return;
@@ -168,7 +149,7 @@ addEventListener('keydown', e => {
   const { language, assist } = parts;
   const ctrl = e.ctrlKey || e.metaKey;
   if (e.key === 'Escape' && e.shiftKey) stop();
-  else if (ctrl && e.key === 's') save().catch(error => tell(error.message, true));
+  else if (ctrl && e.key === 's') save().catch(refused);
   else if (ctrl && e.shiftKey && e.key.toLowerCase() === 'f') language?.format();
   else if (e.key === 'F2' && document.activeElement === parts.editor?.text) language.rename();
   else if (e.key === 'F12' && document.activeElement === parts.editor?.text) language.definition();
@@ -183,7 +164,7 @@ addEventListener('drop', e => {
   const [file] = e.dataTransfer?.files ?? [];
   if (!file || e.target.matches?.('input[type=file]')) return;
   e.preventDefault();
-  take(file).catch(error => tell(error.message, true));
+  take(file).catch(refused);
 });
 async function take(file) {
   if (file.size > 900000) throw new Error(`${file.name} is too large for the page: open it with “pasapas workbench ${file.name}”, or run it with “pasapas stream ${file.name}”.`);
@@ -191,5 +172,4 @@ async function take(file) {
   await link.ask({ take: { name: file.name, text: await file.text() } });
 }
 
-// Leaving with work that the tool does not have asks first.
 addEventListener('beforeunload', e => { if (parts.script && (!parts.script.synced || parts.script.split)) e.preventDefault(); });

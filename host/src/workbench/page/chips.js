@@ -28,8 +28,8 @@ function picture({ chip, pins }) {
     svg('rect', { x: 220, y: 8, width: 320, height: high - 16, rx: 6, fill: '#23272e' }), ...parts);
 }
 
-// Each chip's picture, and the same as a table for who cannot see it.
-export function chips(tables) {
-  return tables.map(table => h('details', { open: table === tables[0] }, h('summary', {}, table.chip), picture(table),
+export function chips(tables, connected) {
+  const own = tables.find(table => table.chip === connected) ?? tables[0];
+  return [own, ...tables.filter(table => table !== own)].map(table => h('details', { open: table === own }, h('summary', {}, table.chip), picture(table),
     h('details', {}, h('summary', {}, 'as a table'), h('table', {}, h('tbody', {}, ...table.pins.map(([names, words]) => h('tr', {}, h('th', { scope: 'row' }, names), h('td', {}, words))))))));
 }

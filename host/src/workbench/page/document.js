@@ -6,6 +6,8 @@ const PAUSE = 250;
 
 export class Script extends EventTarget {
   number = 0; file = null; dirty = false; conflict = false;
+  // Too long to be changed by a page.
+  fixed = false;
   #sent = ''; #timer = null; #flight = null; #theirs = null;
 
   constructor(link, editor) {
@@ -24,8 +26,9 @@ export class Script extends EventTarget {
     }
     this.#take(text);
   }
-  #note({ number, file, dirty, conflict }) {
-    Object.assign(this, { number, file, dirty, conflict });
+  #note({ number, file, dirty, conflict, fixed = false }) {
+    Object.assign(this, { number, file, dirty, conflict, fixed });
+    this.editor.lock(fixed);
   }
   #take(text) {
     this.#note(text);

@@ -3,6 +3,7 @@
 // An element with attributes, properties (those that it has) and children.
 export function h(tag, given = {}, ...children) {
   const element = document.createElement(tag);
+  if (tag === 'button') element.type = 'button';
   for (const [name, value] of Object.entries(given)) {
     if (value === undefined || value === null || value === false) continue;
     if (name.startsWith('on')) element.addEventListener(name.slice(2), value);
@@ -21,7 +22,6 @@ export function text(element, value) {
   if (element.textContent !== words) element.textContent = words;
 }
 
-// Switches a class or a lamp.
 export function lamp(element, on, kind = 'on') {
   if (element.classList.contains(kind) !== on) element.classList.toggle(kind, on);
 }
@@ -35,16 +35,24 @@ export function tell(words, bad = false) {
   setTimeout(() => note.remove(), bad ? 12000 : 4000);
 }
 
-// A button that does something that may be refused in words.
+// What to do with something that was refused in words.
+export const refused = error => tell(error.message, true);
+
+// A button that does something that may be.
 export function action(label, run, given = {}) {
-  return h('button', { type: 'button', ...given, onclick: async e => {
-    try { await run(e); } catch (error) { tell(error.message, true); }
+  return h('button', { ...given, onclick: async e => {
+    try { await run(e); } catch (error) { refused(error); }
   } }, label);
+}
+
+// The page's colours at an element, by name.
+export function inks(element) {
+  const style = getComputedStyle(element);
+  return name => style.getPropertyValue(name);
 }
 
 export const mm = (value, digits = 3) => value.toFixed(digits).replace(/^-(0\.?0*)$/, '$1');
 
-// A time in ms, s, min or h.
 export function time(us) {
   if (us < 1e6) return `${(us / 1e3).toFixed(0)} ms`;
   if (us < 6e7) return `${(us / 1e6).toFixed(2)} s`;

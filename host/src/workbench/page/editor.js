@@ -2,14 +2,20 @@
 // highlight registry, so nothing but the user's typing ever changes the text: undo, input methods,
 // spell checkers, screen readers and the clipboard see plain text.
 
+import { enter } from './blocks.js';
+
 // Height of a line in px, as in style.css, and lines beyond those in sight that are coloured.
 const HEIGHT = 20, AROUND = 30;
+// Lines of a block of a long text.
+const BLOCK = 200, PARTS = new RegExp(`(?:[^\\n]*\\n){1,${BLOCK}}`, 'g');
 const NAMES = ['word', 'function', 'number', 'remark', 'text', 'error', 'warning'];
 // What names mean, which the language server says a moment later.
 const MEANINGS = ['variable', 'constant', 'parameter', 'routine', 'label'];
 
 export class Editor {
-  breaks = new Set(); diags = []; meanings = []; running = -1; lines = [0]; nodes = []; value = ''; busy = false;
+  locked = false; breaks = new Set(); diags = []; meanings = []; running = -1; lines = [0]; nodes = []; starts = new Map(); value = ''; busy = false;
+  // Ends of blocks that Return has written: a person who writes such an end takes that one.
+  made = [];
 
   // `lex` gives [start, end, kind] for a text; `changed` hears each new text, `broken` each new set
   // of breakpoints.
@@ -44,14 +50,35 @@ export class Editor {
   // The whole text, without a way back: a file is opened.
   set(text) {
     this.busy = true;
-    this.text.textContent = text.endsWith('\n') ? text : text + '\n';
+    const all = text.endsWith('\n') ? text : text + '\n';
+    // A key lays out its block only: a long text has many.
+    const parts = all.length > BLOCK * 40 ? all.match(PARTS) : [];
+    if (parts.length > 1) this.text.replaceChildren(...parts.map(own => Object.assign(document.createElement('div'), { textContent: own })));
+    else this.text.textContent = all;
     this.read();
     this.busy = false;
   }
+  // Whether the text can be read only: it is too long to be changed here.
+  lock(on) {
+    if (this.locked === on) return;
+    this.locked = on;
+    this.text.contentEditable = on ? 'false' : 'plaintext-only';
+    this.text.tabIndex = 0;
+    this.text.ariaReadOnly = String(on);
+  }
   // A change by a program (format, fix, table): one step of undo.
   replace(start, end, text) {
+    if (this.locked) { this.told?.('This script is too long to be changed here.'); return; }
     this.select(start, end);
     this.put(text);
+  }
+  // The same without a step of undo: the caller puts the old text back.
+  poke(start, end, text) {
+    const [a, from] = this.place(start), [b, to] = this.place(end);
+    if (a !== b) return false;
+    a.replaceData(from, to - from, text);
+    this.read();
+    return true;
   }
   // Chromium makes a DIV of each line of an `insertText` but keeps those of an `insertHTML`; Firefox
   // keeps those of `insertText` only: tried once.
@@ -79,7 +106,6 @@ export class Editor {
     getSelection().setBaseAndExtent(a[0], a[1], b[0], b[1]);
     this.text.focus({ preventScroll: true });
   }
-  // Goes to a line, from 1.
   show(line) {
     const at = this.lines[Math.min(line, this.lines.length) - 1] ?? 0;
     this.select(at, at);
@@ -96,11 +122,13 @@ export class Editor {
   read() {
     const old = this.value, before = this.lines;
     this.nodes = [];
+    this.starts = new Map();
     let text = '';
     const walk = document.createTreeWalker(this.text, NodeFilter.SHOW_TEXT | NodeFilter.SHOW_ELEMENT);
     for (let node; (node = walk.nextNode());) {
       if (node.nodeType === 3) {
         this.nodes.push([text.length, node]);
+        this.starts.set(node, text.length);
         text += node.data;
       } else if (node.tagName === 'BR' ? node.nextSibling : text && !text.endsWith('\n')) {
         text += '\n'; // a keyboard's commit of several lines makes DIVs
@@ -128,6 +156,7 @@ export class Editor {
       : d.start >= last ? [{ ...d, start: d.start + by, end: d.end + by }] : []);
     this.diags = moved(this.diags);
     this.meanings = moved(this.meanings);
+    this.made = moved(this.made);
     if (!grown || !this.breaks.size) return;
     let at = 0;
     while (at + 1 < before.length && before[at + 1] <= same) at++;
@@ -149,7 +178,6 @@ export class Editor {
     const [a, b] = [this.place(start), this.place(end)];
     return new StaticRange({ startContainer: a[0], startOffset: a[1], endContainer: b[0], endOffset: b[1] });
   }
-  // Line, from 0, of an offset.
   line(at) {
     let lo = 0, hi = this.lines.length - 1;
     while (lo < hi) {
@@ -158,19 +186,26 @@ export class Editor {
     }
     return lo;
   }
+  row(n) { return this.value.slice(this.lines[n], (this.lines[n + 1] ?? this.value.length + 1) - 1); }
   // Offset of a place in the page, such as the caret's.
   offset(node, at) {
-    if (this.nodes.length === 1 && node === this.nodes[0][1]) return at;
-    const range = document.createRange();
-    range.setStart(this.text, 0);
-    range.setEnd(node, at);
-    return range.toString().length;
+    if (node.nodeType !== 3) {
+      const next = node.childNodes[at], inside = document.createTreeWalker(this.text, NodeFilter.SHOW_TEXT);
+      inside.currentNode = next ?? node;
+      if (next?.nodeType === 3) return this.offset(next, 0);
+      // The first text inside or behind; without a next child that behind the node's own.
+      let found = next ? inside.nextNode() : null;
+      if (!next) do found = inside.nextNode(); while (found && node.contains(found));
+      return found ? this.offset(found, 0) : this.value.length;
+    }
+    let start = this.starts.get(node);
+    if (start === undefined) { this.read(); start = this.starts.get(node) ?? 0; }
+    return start + at;
   }
   caret() {
     const s = getSelection();
     return this.text.contains(s.focusNode) ? this.offset(s.focusNode, s.focusOffset) : 0;
   }
-  // Where an offset is on the screen.
   box(at) {
     const range = document.createRange(), [node, offset] = this.place(at);
     range.setStart(node, offset);
@@ -179,6 +214,13 @@ export class Editor {
     if (box) return box;
     const root = this.text.getBoundingClientRect();
     return new DOMRect(root.x + 8, root.y + this.line(at) * HEIGHT, 0, HEIGHT);
+  }
+  // Where the character behind an offset is on the screen.
+  glyph(at) {
+    const range = document.createRange(), [node, offset] = this.place(at);
+    range.setStart(node, offset);
+    range.setEnd(node, Math.min(offset + 1, node.length));
+    return range.getClientRects()[0] ?? this.box(at);
   }
   later() {
     this.due ??= requestAnimationFrame(() => { this.due = null; this.paint(); });
@@ -202,7 +244,7 @@ export class Editor {
     const open = last === this.lines.length && this.value.endsWith('\n') ? 1 : 0;
     const count = Math.max(1, last - first - open);
     while (this.gutter.children.length < count) {
-      this.gutter.append(Object.assign(document.createElement('button'), { type: 'button', tabIndex: -1 }));
+      this.gutter.append(Object.assign(document.createElement('button'), { tabIndex: -1 }));
     }
     while (this.gutter.children.length > count) this.gutter.lastChild.remove();
     let i = first;
@@ -217,16 +259,15 @@ export class Editor {
     }
     this.gutter.style.height = `${this.lines.length * HEIGHT}px`;
     this.run(this.running);
+    this.painted?.(first, Math.min(last, this.lines.length));
   }
   // Marks the line that runs, from 0; -1 for none.
   run(line) {
     this.running = line;
     this.mark.hidden = line < 0;
     this.mark.style.top = `${line * HEIGHT}px`;
-    // As wide as the longest line, not as what is in sight.
     if (line >= 0) this.mark.style.width = `${this.text.scrollWidth + this.text.offsetLeft}px`;
   }
-  // What names mean: [{ start, end, kind }].
   mean(list) {
     this.meanings = list;
     this.later();
@@ -256,16 +297,45 @@ export class Editor {
     this.paint();
     this.broken();
   }
-  // A new line begins below the old one's first word.
+  // Before all of a text in blocks is written over it becomes one: the last block would be empty and keep a
+  // line of its own.
+  join() {
+    const chosen = getSelection();
+    if (!this.text.firstElementChild || chosen.isCollapsed) return;
+    const { startContainer, startOffset, endContainer, endOffset } = chosen.getRangeAt(0);
+    if (this.offset(startContainer, startOffset) > 0 || this.offset(endContainer, endOffset) < this.value.length - 1) return;
+    this.text.textContent = this.value;
+    this.read();
+    this.select(0, this.value.length);
+  }
+  // A new line begins below the old one's first word; see blocks.js.
   before(e) {
+    this.join();
     if (e.inputType !== 'insertParagraph' && e.inputType !== 'insertLineBreak' || this.inside) return;
-    const at = this.caret(), line = this.line(at);
-    const indent = /^[ \t]*/.exec(this.value.slice(this.lines[line], at))[0];
+    const at = this.caret(), n = this.line(at), first = this.lines[n], stop = first + this.row(n).length;
+    const text = k => this.row(k), old = text(n), plain = /^[ \t]*/.exec(this.value.slice(first, at))[0];
     e.preventDefault();
-    this.inside = true;
-    document.execCommand('insertLineBreak');
-    if (indent) document.execCommand('insertText', false, indent);
-    this.inside = false;
+    const count = this.lines.length, made = k => this.made.some(own => this.line(own.start) === k);
+    const whole = getSelection().isCollapsed && this.value.slice(at, stop).trim() === '';
+    const { line, next, end, over } = whole ? enter(text, n, count, made) : { line: old, next: plain, end: '' };
+    if (!end && !next && (line !== old || over)) {
+      // A line break at the end of what is written would be lost.
+      this.replace(first, over ? this.lines[n + 2] - 1 || this.value.length : stop, line);
+      this.select(first + line.length, first + line.length);
+    }
+    if (!end && (!next || line === old && !over)) {
+      this.inside = true;
+      document.execCommand('insertLineBreak');
+      if (next) document.execCommand('insertText', false, next);
+      this.inside = false;
+      return;
+    }
+    const own = line.slice(0, line.length - (stop - at)) + '\n' + next, to = over ? this.lines[n + 2] - 1 || this.value.length : stop;
+    this.replace(first, to, own + (end ? '\n' + end : ''));
+    const caret = first + own.length;
+    this.select(caret, caret);
+    // Its word: the blanks before it may be taken for those of a new line.
+    if (end) this.made.push({ start: caret + 1 + end.length - end.trim().length, end: caret + 1 + end.length });
   }
   key(e) {
     if (e.isComposing || e.defaultPrevented) return;
@@ -276,7 +346,6 @@ export class Editor {
     } else if (e.key === 'F9') this.toggle(this.line(this.caret()));
     else if (e.key !== 'Shift') this.leave = false;
   }
-  // Two blanks, or the lines of the selection in or out by two.
   tab(out) {
     const s = getSelection();
     if (s.isCollapsed && !out) { this.put('  '); return; }

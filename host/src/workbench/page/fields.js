@@ -25,5 +25,4 @@ export function number(field, { whole = false, unit = '' } = {}) {
   throw new Error(field.value.trim() ? `${name}: “${field.value.trim()}” is not ${what}.` : `${name}: write ${what}.`);
 }
 
-// A length in mm as whole um.
 export const micrometres = field => Math.round(number(field, { unit: 'mm' }) * 1000);

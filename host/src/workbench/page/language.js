@@ -33,7 +33,8 @@ export class Language {
   // Colours by meaning, of the text that the tool has.
   async #mean() {
     const legend = this.can.semanticTokensProvider?.legend;
-    if (!legend) return;
+    // Colours of the tool's words are enough for what nobody changes.
+    if (!legend || this.editor.locked) return;
     const text = this.editor.value;
     const found = await this.ask('semanticTokens/full', {});
     if (!found || text !== this.editor.value) return;
@@ -82,7 +83,7 @@ export class Language {
       const line = d.told.range.start.line + 1;
       const go = () => { this.editor.show(line); this.editor.select(d.start, d.end); };
       const row = h('li', { className: d.kind },
-        h('button', { type: 'button', className: 'plain', onclick: go }, `${line}: ${words}`),
+        h('button', { className: 'plain', onclick: go }, `${line}: ${words}`),
         hint.length ? h('span', { className: 'hint' }, hint.join(' ')) : null);
       this.#fixes(d, row);
       return row;
@@ -101,7 +102,7 @@ export class Language {
     for (const fix of (actions ?? []).slice(0, 3)) {
       const edits = Object.values(fix.edit?.changes ?? {})[0]
         ?? fix.edit?.documentChanges?.flatMap(change => change.edits ?? []);
-      if (edits) row.append(h('button', { type: 'button', className: 'fix', onclick: () => this.apply(edits) }, fix.title));
+      if (edits) row.append(h('button', { className: 'fix', onclick: () => this.apply(edits) }, fix.title));
     }
   }
   // Applies edits, the last one first, so that places before stay.

@@ -1,12 +1,12 @@
 // The machine by hand: positions, lamps, jog, inputs and outputs.
-import { h, $, text, tell, action, lamp, mm } from './dom.js';
+import { h, $, text, tell, action, lamp, mm, refused } from './dom.js';
 import { micrometres, numberField } from './fields.js';
 import { Jog } from './jog.js';
 
 const STEPS = [[0, 'hold'], [0.01, '0.01'], [0.1, '0.1'], [1, '1'], [10, '10']];
 
 export class Machine {
-  machine = null; live = false; #step = 0; #axes = []; #inputs = []; #outputs = []; #closed = []; #key = '';
+  machine = null; live = false; #step = 0; #axes = []; #inputs = []; #outputs = []; #closed = []; #folds = []; #key = '';
 
   constructor(link) {
     this.link = link;
@@ -14,7 +14,7 @@ export class Machine {
     this.jog.move = (axis, way) => this.#ask({ jog: { axis, um: Math.round(way * 1000), speed: this.speed() } });
     this.jog.refused = words => tell(words, true);
     $('#steps').append(...STEPS.map(([step, name]) => h('button', {
-      type: 'button', ariaPressed: String(step === this.#step), onclick: e => {
+      ariaPressed: String(step === this.#step), onclick: e => {
         this.#step = step;
         for (const other of $('#steps').children) other.ariaPressed = String(other === e.target);
         text($('#step-words'), step ? `each press moves ${name} mm` : 'moves while held');
@@ -31,7 +31,7 @@ export class Machine {
     return Math.max(1, Math.round(top * 10 ** (+$('#speed').value / 50 - 2) / 4));
   }
   async #ask(wish) {
-    try { await this.link.ask(wish); } catch (error) { tell(error.message, true); }
+    try { await this.link.ask(wish); } catch (error) { refused(error); }
   }
   // Rows for the axes, inputs and outputs of a machine.
   build(machine, virtual) {
@@ -45,15 +45,14 @@ export class Machine {
     $('#tools').replaceChildren(...this.#axes.map(row => row.tools));
     $('#pad').replaceChildren(...machine.axes.flatMap(({ axis }) => [false, true].map(positive => {
       const sign = positive ? '+' : '−';
-      const button = h('button', { type: 'button', className: `jog ${axis}${positive ? 'p' : 'm'}`,
+      const button = h('button', { className: `jog ${axis}${positive ? 'p' : 'm'}`,
         ariaLabel: `Jog ${axis} ${positive ? 'plus' : 'minus'}` }, `${axis}${sign}`);
       this.jog.arm(button, axis, positive);
       return button;
     })));
     this.#inputs = machine.inputs.map(input => this.#port(input, true));
     this.#outputs = machine.outputs.map(output => this.#port(output, false));
-    $('#inputs').replaceChildren(...this.#inputs.map(row => row.button));
-    $('#outputs').replaceChildren(...this.#outputs.map(row => row.button));
+    this.#folds = [[$('#inputs'), this.#inputs], [$('#outputs'), this.#outputs]].map(([box, rows]) => this.#fold(box, rows));
     text($('#speed-value'), `${mm(this.speed() / 1000, 1)} mm/s`);
     $('#buttons').hidden = !virtual;
   }
@@ -67,12 +66,12 @@ export class Machine {
     };
     const go = numberField({ ariaLabel: `Go to ${name}, mm`, placeholder: 'mm' });
     const goTo = async () => this.link.ask({ go_to: { axis: name, um: micrometres(go), speed: this.speed() } });
-    go.addEventListener('keydown', e => { if (e.key === 'Enter' && !e.repeat) goTo().catch(error => tell(error.message, true)); });
+    go.addEventListener('keydown', e => { if (e.key === 'Enter' && !e.repeat) goTo().catch(refused); });
     const probe = async () => this.link.ask({ probe: { axis: name, um: micrometres($('#probe-way')), speed: this.speed() } });
     const box = h('div', { className: 'axis' },
       h('b', {}, name), place, h('span', { className: 'soft' }, 'mm'),
       h('span', { className: 'lamps' }, ...Object.values(lamps)), steps);
-    const tools = h('div', { className: 'tools' }, h('b', {}, name), go, action('Go to', goTo, { ariaLabel: `Go ${name}` }),
+    const tools = h('div', { className: 'tools' }, h('b', {}, name), go, action('Go to', goTo, { ariaLabel: `Go to ${name}` }),
       action('Zero', () => this.link.ask({ zero: name }), { ariaLabel: `Zero ${name}`, title: 'The present place becomes 0' }),
       action('Home', () => this.link.ask({ home: [name] }), { ariaLabel: `Home ${name}` }),
       action('Probe', probe, { ariaLabel: `Probe ${name}` }));
@@ -80,10 +79,18 @@ export class Machine {
   }
   #port({ n, name, role }, input) {
     const label = [n, name, role].filter(Boolean).join(' ');
-    const button = h('button', { type: 'button', className: 'port', ariaPressed: 'false',
+    const button = h('button', { className: 'port', ariaPressed: 'false',
       ariaLabel: `${input ? 'Input' : 'Output'} ${label}`,
       onclick: () => this.#press(n, input, button) }, h('i', { className: 'dot' }), label);
-    return { n, button };
+    return { n, button, named: !!(name || role) };
+  }
+  // What has a name stands first; the others are folded, and the fold says which of them are on.
+  #fold(box, rows) {
+    const open = box.querySelector('details')?.open, others = rows.filter(row => !row.named);
+    const words = h('summary', {});
+    box.replaceChildren(...rows.filter(row => row.named).map(row => row.button),
+      others.length ? h('details', { className: 'more', open: !!open }, words, h('div', { className: 'ports' }, others.map(row => row.button))) : '');
+    return { words, others };
   }
   #press(n, input, button) {
     if (!input) { this.#ask({ output: [n, button.ariaPressed !== 'true'] }); return; }
@@ -123,6 +130,10 @@ export class Machine {
     });
     lamps(this.#inputs, status.inputs);
     lamps(this.#outputs, status.outputs);
+    this.#folds.forEach(({ words, others }, k) => {
+      const on = others.map(row => row.n).filter(n => (k ? status.outputs : status.inputs).includes(n));
+      text(words, `${others.length} without a name${on.length ? `, on: ${on.join(', ')}` : ''}`);
+    });
     this.#inputs.forEach(row => lamp(row.button, this.#closed.includes(row.n), 'closed'));
   }
   // Where the machine is, mm, for the path.

@@ -4,6 +4,7 @@
 import { h, $, text, tell, lamp } from './dom.js';
 import { number, numberField } from './fields.js';
 import { Link } from './link.js';
+import { frame } from './frame.js';
 import { language, words as say } from './words.js';
 
 const link = new Link();
@@ -18,24 +19,15 @@ let offer = null, loading = null, power = false, before = null, lost = false;
 
 const short = name => name.replace(/\.bas$/i, '');
 const refuse = error => tell(error.message, true);
-link.addEventListener('locked', e => { $('#lock').hidden = false; text($('#lock-words'), e.detail); $('#password').focus(); });
-$('#lock').addEventListener('submit', e => { e.preventDefault(); link.connect($('#password').value.trim()); });
-link.addEventListener('lost', () => blind(say.toolGone));
-link.addEventListener('blind', () => blind(say.noNews));
-link.addEventListener('bye', () => blind(say.ended));
-function blind(words) {
-  $('#blind').hidden = false;
-  text($('#blind'), words);
-  document.body.classList.add('blind');
+frame(link, { gone: say.toolGone, silent: say.noNews, ended: say.ended }, () => {
   text($('#lamp'), say.noAnswer);
   $('#lamp').dataset.state = 'lost';
   text($('#hint'), '');
   $('#start').disabled = $('#pause').disabled = $('#program').disabled = true;
   lamp(document.body, false, 'runs');
-}
+});
 
 link.addEventListener('welcome', e => {
-  $('#lock').hidden = true;
   ({ faults } = e.detail.words);
   ({ files } = e.detail);
   offer ??= e.detail.text.file;
@@ -79,11 +71,10 @@ const seen = program => new Promise(done => {
     done();
     return true;
   };
-  // The board may have been lost or given another program meanwhile: the state tells, and nothing waits for it.
+  // The board may be lost or have another program by now: the state tells.
   const late = setTimeout(() => { link.removeEventListener('state', look); done(); }, 5000);
   if (!look()) link.addEventListener('state', look);
 });
-// The list names what the board holds.
 function list() {
   const own = held(), other = own ? [] : [['', state?.holds ? say.notHere(heldWords()) : '–']];
   const all = [...other, ...files.map(name => [name, short(name)])], key = JSON.stringify(all);
@@ -120,7 +111,7 @@ function quantity(v) {
     // What the board holds stands in the field again.
     input.blur();
   });
-  const step = by => h('button', { type: 'button', ariaLabel: by > 0 ? say.more(label) : say.less(label),
+  const step = by => h('button', { ariaLabel: by > 0 ? say.more(label) : say.less(label),
     onclick: () => set(Math.max(low, Math.min(high, (state?.picture.cells[cell] ?? 0) + by))) }, by > 0 ? '+' : '−');
   const box = h('div', { className: 'quantity' }, h('span', { className: 'label' }, label, range ? h('span', { className: 'range soft' }, ` (${say.range(low, high)})`) : ''),
     step(-1), input, step(1), h('span', {}, v.unit));
@@ -165,8 +156,6 @@ function look() {
 }
 function show() {
   if (!state) return;
-  $('#blind').hidden = true;
-  document.body.classList.remove('blind');
   const { picture, mine } = state, { status } = picture, at = status?.state, active = ACTIVE.includes(at);
   list();
   const bad = rows.find(wrong), ready = at === 'ready';
@@ -194,7 +183,6 @@ function show() {
   lamp(document.body, at === 'running', 'runs');
   bar();
 }
-// The next thing to do, in a few words.
 function hint(status, mine, rests, bad) {
   const load = offer && offer !== held() ? say.pressLoad(short(offer)) : say.choose;
   let words = '';
@@ -220,7 +208,7 @@ function fault(status, at, active) {
     const name = program?.machine?.inputs.find(one => one.n === n)?.name;
     return name ? `${say.input(n)}, ${name},` : say.input(n);
   };
-  if (!own) { card.replaceChildren(status?.blocked_by ? say.blocks(named(status.blocked_by)) : ''); return; }
+  if (!own) { card.replaceChildren(!status?.blocked_by ? '' : status.blocked_by === 255 ? say.unwired : say.blocks(named(status.blocked_by))); return; }
   const input = status.input ? named(status.input) : '';
   const what = own.code === 'F13' ? input ? say.late(input) : say.signal
     : own.code === 'F14' ? say.stopped : `${own.text}.${input ? ` ${input.replace(/,$/, '')}.` : ''}`;

@@ -1,5 +1,6 @@
 // The tool path on a canvas: stroked once into a bitmap that pan and zoom move; the line of the caret, marker,
 // trail and the live machine are drawn on top.
+import { inks } from './dom.js';
 import { WIDTH, CLASSES, classify, colour, extent, nearest, piecesOf, strokes } from './strokes.js';
 
 // Points of the trail that are kept.
@@ -14,7 +15,7 @@ const dark = () => matchMedia('(prefers-color-scheme: dark)').matches;
 
 export class PathView {
   points = new Float32Array(0); words = new Uint32Array(0); count = 0; fastest = 0;
-  view = 'top'; zoom = 1; x = 0; y = 0; marker = null; live = null; trail = []; machine = null; ghost = null; dim = false; homed = false; spots = [];
+  view = 'top'; zoom = 1; x = 0; y = 0; marker = null; live = null; trail = []; machine = null; ghost = null; dim = false; homed = false; spots = []; taught = []; steady = false;
   // Turn and tilt of the view in space, radians; what a click on the path tells: time in s and line.
   turn = -0.6; tilt = 0.6; picked = null;
   #due = null; #rest = null; #bitmap = null; #made = null; #moving = false; #kept = null; #marked = null; #line = 0; #turning = false; #came = null;
@@ -54,7 +55,8 @@ export class PathView {
     Object.assign(this, classify(this));
     this.box = extent(this);
     this.#marked = null;
-    if (!this.#moving) this.fit(); else this.#stale();
+    // A number that is dragged moves the path, not the paper.
+    if (!this.#moving && !this.steady) this.fit(); else this.#stale();
   }
   // Two rows of three: across and up on the paper, of X, Y and Z. Where Z counts downward its numbers grow
   // downward here, too.
@@ -71,11 +73,10 @@ export class PathView {
     const axis = this.machine?.axes.find(own => own.axis === 'Z');
     return !!axis && axis.low >= 0 && axis.high > 0;
   }
-  // Places that a pattern would go to, mm; none: the wizard is not at work.
-  preview(places) {
-    const before = JSON.stringify(this.spots);
-    this.spots = places;
-    if (JSON.stringify(places) === before) return;
+  // Places that are marked, in mm: `spots`, where a pattern would go to; `taught`, [{ name, at }].
+  show(kind, places) {
+    if (JSON.stringify(this[kind]) === JSON.stringify(places)) return;
+    this[kind] = places;
     if (this.#moving) this.draw(); else this.fit();
   }
   // The line of the script whose pieces are drawn thick; 0: none.
@@ -107,7 +108,7 @@ export class PathView {
   // The whole path in sight, or the machine's travel where there is none.
   fit() {
     const [low, high] = (this.box ?? this.#room()).map(own => [...own]);
-    for (const spot of this.spots) spot.forEach((own, n) => { low[n] = Math.min(low[n], own); high[n] = Math.max(high[n], own); });
+    for (const spot of [...this.spots, ...this.taught.map(own => own.at)]) spot.forEach((own, n) => { low[n] = Math.min(low[n], own); high[n] = Math.max(high[n], own); });
     const corners = this.#corners(low, high);
     const across = corners.map(own => own[0]), up = corners.map(own => -own[1]);
     const [x0, x1, y0, y1] = [Math.min(...across), Math.max(...across), Math.min(...up), Math.max(...up)];
@@ -135,9 +136,9 @@ export class PathView {
     return ([x, y, z]) => [a * x + b * y + c * z, -(d * x + e * y + f * z)];
   }
   // The travel as a dashed box, and a bar at each end where an axis in sight has its reference switch.
-  #frame(paper, thin, style) {
+  #frame(paper, thin, ink) {
     const [low, high] = this.#room(), corners = this.#corners(low, high), found = [];
-    paper.strokeStyle = style.getPropertyValue('--soft');
+    paper.strokeStyle = ink('--soft');
     paper.lineWidth = thin;
     paper.setLineDash([6 * thin, 4 * thin]);
     paper.beginPath();
@@ -231,7 +232,7 @@ export class PathView {
   // The slow part: grid, travel and path into a bitmap somewhat larger than the view.
   #stroke() {
     const ratio = devicePixelRatio || 1, { width, height } = this.#size();
-    const style = getComputedStyle(this.canvas);
+    const ink = inks(this.canvas);
     const bitmap = new OffscreenCanvas((width + 2 * MARGIN) * ratio, (height + 2 * MARGIN) * ratio);
     const paper = bitmap.getContext('2d');
     paper.scale(ratio, ratio);
@@ -242,7 +243,7 @@ export class PathView {
     const ten = 10 ** Math.floor(Math.log10(70 / this.zoom)), step = ten * [1, 2, 5, 10].find(n => n * ten * this.zoom >= 70);
     if (this.view !== 'space') {
       paper.lineWidth = thin;
-      paper.strokeStyle = style.getPropertyValue('--grid');
+      paper.strokeStyle = ink('--grid');
       const left = -(this.x + MARGIN) / this.zoom, top = -(this.y + MARGIN) / this.zoom;
       const right = left + (width + 2 * MARGIN) / this.zoom, bottom = top + (height + 2 * MARGIN) / this.zoom;
       paper.beginPath();
@@ -251,15 +252,13 @@ export class PathView {
       paper.stroke();
     }
     paper.lineWidth = 1.5 * thin;
-    if (this.ghost) {
-      paper.strokeStyle = style.getPropertyValue('--ghost');
-      paper.stroke(this.ghost);
-    }
+    paper.strokeStyle = ink('--ghost');
+    if (this.ghost) paper.stroke(this.ghost);
     const every = this.#turning ? Math.max(1, Math.ceil(this.count / TURNING)) : 1;
     this.drawn = strokes(this, this.project, { every });
-    this.#frame(paper, thin, style);
+    this.#frame(paper, thin, ink);
     paper.lineWidth = thin;
-    paper.strokeStyle = style.getPropertyValue('--soft');
+    paper.strokeStyle = ink('--soft');
     paper.setLineDash([5 * thin, 4 * thin]);
     paper.stroke(this.drawn.travel);
     paper.setLineDash([]);
@@ -290,7 +289,7 @@ export class PathView {
     paper.drawImage(this.#bitmap, this.x - (made.x + MARGIN) * by, this.y - (made.y + MARGIN) * by,
       (width + 2 * MARGIN) * by, (height + 2 * MARGIN) * by);
     paper.globalAlpha = 1;
-    const style = getComputedStyle(this.canvas), on = this.#on();
+    const ink = inks(this.canvas), on = this.#on();
     const at = place => { const [u, v] = on(place); return [this.x + u * this.zoom, this.y + v * this.zoom]; };
     if (this.#line && !this.#turning) {
       this.#marked ??= piecesOf(this, this.project, this.#line) ?? new Path2D();
@@ -299,23 +298,27 @@ export class PathView {
       paper.scale(this.zoom, this.zoom);
       paper.lineWidth = 5 / this.zoom;
       paper.lineCap = 'round';
-      paper.strokeStyle = style.getPropertyValue('--accent');
+      paper.strokeStyle = ink('--accent');
       paper.globalAlpha = .55;
       paper.stroke(this.#marked);
       paper.restore();
     }
-    if (this.spots.length) {
-      paper.strokeStyle = style.getPropertyValue('--accent');
-      paper.lineWidth = 2;
-      for (const spot of this.spots) {
-        const [x, y] = at(spot);
-        paper.beginPath();
-        paper.arc(x, y, 6, 0, 7);
-        paper.stroke();
-      }
+    paper.fillStyle = paper.strokeStyle = ink('--accent');
+    paper.lineWidth = 2;
+    paper.font = '12px sans-serif';
+    for (const spot of this.spots) {
+      const [x, y] = at(spot);
+      paper.beginPath();
+      paper.arc(x, y, 6, 0, 7);
+      paper.stroke();
+    }
+    for (const { name, at: place } of this.taught) {
+      const [x, y] = at(place);
+      paper.strokeRect(x - 4, y - 4, 8, 8);
+      paper.fillText(name, x + 8, y - 6);
     }
     if (this.trail.length > 1) {
-      paper.strokeStyle = style.getPropertyValue('--trail');
+      paper.strokeStyle = ink('--trail');
       paper.lineWidth = 3;
       paper.lineJoin = 'round';
       paper.beginPath();
@@ -324,7 +327,7 @@ export class PathView {
     }
     const mark = (place, name, size) => {
       const [x, y] = at(place);
-      paper.fillStyle = style.getPropertyValue(name);
+      paper.fillStyle = ink(name);
       paper.beginPath();
       paper.arc(x, y, size, 0, 7);
       paper.fill();
@@ -334,18 +337,18 @@ export class PathView {
       // Filled where its place is known; hollow before the axes are homed.
       if (this.homed) mark(this.live, '--live', 7);
       else {
-        paper.strokeStyle = style.getPropertyValue('--live');
+        paper.strokeStyle = ink('--live');
         paper.lineWidth = 2;
         paper.beginPath();
         paper.arc(...at(this.live), 7, 0, 7);
         paper.stroke();
       }
     }
-    this.#legend(paper, width, height, style);
+    this.#legend(paper, width, height, ink);
   }
   // Numbers at the grid, and what the colours mean.
-  #legend(paper, width, height, style) {
-    paper.fillStyle = style.getPropertyValue('--soft');
+  #legend(paper, width, height, ink) {
+    paper.fillStyle = ink('--soft');
     paper.font = '12px sans-serif';
     const { step } = this, round = value => +value.toFixed(4), seen = VIEWS[this.view];
     if (seen && step) {
@@ -362,7 +365,7 @@ export class PathView {
       paper.fillStyle = colour(n, night);
       paper.fillRect(left + n * wide, top, wide, 8);
     }
-    paper.fillStyle = style.getPropertyValue('--soft');
+    paper.fillStyle = ink('--soft');
     paper.textAlign = 'left';
     paper.fillText('0', left, height - 8);
     paper.textAlign = 'right';

@@ -63,7 +63,7 @@ export class Pattern {
         h('span', { className: 'soft' }, 'One taught point shifts the drawing, two turn it, three show whether it is mirrored.'),
         this.frame, action('Add a taught point', () => this.#pair(), { id: 'add-pair' }), h('label', {}, this.mirrored, ' mirrored (seen from below)'), this.listed),
       h('div', { className: 'foot' }, this.live, this.words, h('div', { className: 'bar' }, action('Show the script', () => this.#make(true), { id: 'show-pattern' }),
-        action('Insert at the caret', () => this.#insert(), { id: 'insert-pattern' }), action('As a new script', () => this.#fresh(), { id: 'new-pattern' }))),
+        action('Insert at the caret', () => this.#insert(), { id: 'insert-pattern', className: 'main' }), action('As a new script', () => this.#fresh(), { id: 'new-pattern' }))),
       this.result);
     this.#shaped();
   }
@@ -71,7 +71,7 @@ export class Pattern {
   #here(names, letters) {
     const all = [names].flat();
     return action('Here', async () => (await this.#place([...letters])).forEach((value, n) => { this.fields[all[n]].value = value; }),
-      { ariaLabel: `${[...letters].join(' and ')} of the present place` });
+      { ariaLabel: `Here: ${[...letters].join(' and ')} of the present place` });
   }
   // Machine positions of axes, mm.
   async #place(letters) {
@@ -184,7 +184,7 @@ export class Pattern {
     }
     if (turn !== this.turn) return;
     const outside = made?.notes.filter(note => note.includes('outside')) ?? [];
-    this.view?.preview(made?.places.map(([x, y]) => [x / 1000, y / 1000, z]) ?? []);
+    this.view?.show('spots', made?.places.map(([x, y]) => [x / 1000, y / 1000, z]) ?? []);
     text(this.live, made ? [`${made.count} points, ringed on the drawing.`, ...outside.map(note => `${note}.`)].join(' ') : '');
     this.live.className = outside.length ? 'bad' : 'soft';
   }

@@ -1,5 +1,5 @@
 // Pulses of inputs that a person draws on the timeline. The tool keeps them in the script's world.
-import { h, time, tell } from './dom.js';
+import { h, time, tell, refused } from './dom.js';
 
 // A click makes a pulse of this length, ms; one that is dragged shorter is taken for a click, px.
 const USUAL = 200, CLICK = 4;
@@ -22,7 +22,7 @@ export class Pulses {
   }
   // Rows of inputs that the script reads and that never change in the run: they can be drawn on, too.
   more(rows, machine) {
-    const there = new Set(rows.filter(row => !row[1]).map(row => row[3]));
+    const there = new Set(rows.filter(row => !row[1] && row[3]).map(row => row[3]));
     const name = n => { const own = machine.inputs.find(input => input.n === n)?.name; return `in ${n}${own ? ` ${own.toLowerCase()}` : ''}`.slice(0, 13); };
     const read = [...this.reads(this.script(), machine), ...this.list.map(pulse => pulse.input)];
     return [...new Set(read)].filter(n => !there.has(n)).map(n => [name(n), false, [], n]);
@@ -46,7 +46,7 @@ export class Pulses {
   remove(pulse) { this.#say(this.list.filter(own => own !== pulse)); }
   #say(list) {
     this.changed?.();
-    this.link.ask({ pulses: list }).catch(error => tell(error.message, true));
+    this.link.ask({ pulses: list }).catch(refused);
   }
   // The same without a pointer: what is drawn, each with a button, and fields for another one.
   form(machine) {
@@ -58,9 +58,9 @@ export class Pulses {
     const from = field('Begin of the pulse, ms', 1000), long = field('Length of the pulse, ms', USUAL);
     return [
       ...this.list.map(pulse => h('li', {}, `Input ${pulse.input} ${named(pulse.input)} is on from ${time(pulse.from * 1e3)} to ${time(pulse.to * 1e3)} `,
-        h('button', { type: 'button', className: 'small', onclick: () => this.remove(pulse) }, 'Remove'))),
+        h('button', { className: 'small', onclick: () => this.remove(pulse) }, 'Remove'))),
       h('li', { id: 'pulse-form' }, 'Pulse of input ', which, ' at ', from, ' ms for ', long, ' ms ',
-        h('button', { type: 'button', className: 'small', id: 'pulse-add', onclick: () => this.add(+which.value, +from.value, +from.value + Math.max(1, +long.value)) }, 'Add'),
+        h('button', { className: 'small', id: 'pulse-add', onclick: () => this.add(+which.value, +from.value, +from.value + Math.max(1, +long.value)) }, 'Add'),
         ' A click on an input’s row does the same.')];
   }
 }

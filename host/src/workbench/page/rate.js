@@ -49,7 +49,7 @@ export function rate(kit, letter, id) {
     await kit.change({ [low]: { top_rate: top, accel, start_rate: Math.min(own.start_rate, top) } });
     await kit.next(id, `no step lost at ${Math.round(best)} steps/s and ${tried} steps/s2, judged by the switch; two thirds are taken: ${top} steps/s, ${accel} steps/s2`);
   }, { id: 'take-rate', hidden: true });
-  // Who goes to another step ends it: the next, faster one does not begin, and the one that runs is stopped.
+  // Another step ends it: no faster try begins, and the one that runs stops.
   const leave = () => {
     if (going) kit.link.say('stop');
     going = false;

@@ -1,5 +1,5 @@
 // The run on the board: program, run control, breakpoints, variables, what is printed, faults.
-import { h, $, text, tell, action, lamp } from './dom.js';
+import { h, $, text, tell, action, lamp, refused } from './dom.js';
 import { Chart } from './chart.js';
 import { number, numberField } from './fields.js';
 
@@ -35,7 +35,7 @@ export class Run {
       $(id).addEventListener('change', async () => {
         const both = [+$('#feed').value, +$('#rapid').value];
         this.setting = performance.now();
-        try { await link.ask({ override: both }); } catch (error) { tell(error.message, true); }
+        try { await link.ask({ override: both }); } catch (error) { refused(error); }
       });
       $(id).addEventListener('input', () => { this.setting = performance.now(); text($(`${id}-value`), `${$(id).value} %`); });
       this.setting = n;
@@ -128,7 +128,7 @@ export class Run {
       if (limits && !(value >= limits[1] && value <= limits[2])) throw new Error(`${limits[0]}: ${limits[1]} to ${limits[2]}`);
       if (value < -(2 ** 31) || value >= 2 ** 31) throw new Error('A variable is a whole number of 32 bits.');
       await this.link.ask({ set: { cell, value } });
-    } catch (error) { tell(error.message, true); }
+    } catch (error) { refused(error); }
     // What the board holds stands in the field again.
     input.blur();
   }
@@ -208,11 +208,12 @@ export class Run {
     const known = this.faults.find(fault => fault.code === status?.fault);
     const where = [];
     const line = status?.line || this.state.line;
-    if (key && line) where.push(h('button', { type: 'button', onclick: () => this.editor.show(line) }, `Line ${line}`));
+    if (key && line) where.push(h('button', { onclick: () => this.editor.show(line) }, `Line ${line}`));
     if (key && status.input) where.push(` Input ${status.input} caused it.`);
     card.replaceChildren(
       key ? h('p', {}, h('b', {}, `${status.fault}: ${status.text}. `), `${known?.cause ?? ''} `, h('i', {}, known?.remedy ?? ''), ' ', ...where) : '',
-      status?.blocked_by ? h('p', {}, `Input ${status.blocked_by} keeps Start or a move from working.`) : '');
+      !status?.blocked_by ? '' : h('p', {}, status.blocked_by === 255 ? 'The board was never told how it is wired: pasapas profile set FILE says so.'
+        : `Input ${status.blocked_by} keeps Start or a move from working.`));
   }
   #values(cells) {
     for (const row of this.rows ?? []) {

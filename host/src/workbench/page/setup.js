@@ -1,41 +1,36 @@
 // The set-up of a machine: which step is shown, what the machine does now, and what the tool keeps.
-import { h, $, text, tell, action, lamp, mm } from './dom.js';
+import { h, $, text, tell, action, mm, refused } from './dom.js';
 import { Link } from './link.js';
+import { frame, head, SILENT } from './frame.js';
 import { Jog } from './jog.js';
 import { STEPS } from './steps.js';
 
 const link = new Link();
-let own = null, shown = null, current = '', state = null;
+let own = null, shown = null, current = '', state = null, chip = null;
 
 // um/s of a jog in the set-up: slow, and no faster than the axis.
 const SLOW = 3000;
 const jog = new Jog(link, () => SLOW, () => 0);
 jog.refused = words => tell(words, true);
 
-link.addEventListener('locked', e => { $('#lock').hidden = false; text($('#lock-words'), e.detail); $('#password').focus(); });
-$('#lock').addEventListener('submit', e => { e.preventDefault(); link.connect($('#password').value.trim()); });
-link.addEventListener('lost', () => blind('The tool does not answer: use the emergency stop at the machine.'));
-link.addEventListener('blind', () => blind('No news from the tool: what this page shows may be old.'));
-link.addEventListener('bye', () => blind('The workbench has ended.'));
-link.addEventListener('words', e => tell(e.detail, true));
+frame(link, { ...SILENT, gone: 'The tool does not answer: use the emergency stop at the machine.' });
 link.addEventListener('welcome', e => {
-  $('#lock').hidden = true;
   text($('#board'), `${e.detail.board}:`);
-  link.ask({ setup: 'look' }).then(take).catch(error => tell(error.message, true));
+  link.ask({ setup: 'look' }).then(take).catch(refused);
 });
 link.addEventListener('state', e => show(e.detail));
-function blind(words) { $('#blind').hidden = false; text($('#blind'), words); document.body.classList.add('blind'); }
 
 $('#stop').addEventListener('pointerdown', stop);
 $('#stop').addEventListener('click', stop);
 $('#halt').addEventListener('click', stop);
 addEventListener('keydown', e => { if (e.key === 'Escape' && e.shiftKey) { stop(); e.preventDefault(); } });
 function stop() { jog.end(); link.say('stop'); shown?.leave?.(); }
-$('#helm').addEventListener('click', () => link.ask({ helm: !state?.mine }).catch(error => tell(error.message, true)));
+$('#helm').addEventListener('click', () => link.ask({ helm: !state?.mine }).catch(refused));
 
 // What the tool keeps: a set-up, or those that one can begin with.
 function take(value) {
   own = value.profile ? value : null;
+  chip = value.chip ?? chip;
   $('#begin').hidden = !!own;
   $('#guide').hidden = !own;
   text($('#file'), own?.name ?? '');
@@ -52,7 +47,7 @@ function take(value) {
 async function open(name, base) { take(await link.ask({ setup: { open: { name, base } } })); }
 $('#begin').addEventListener('submit', e => {
   e.preventDefault();
-  open($('#name').value.trim(), $('#base').value).catch(error => tell(error.message, true));
+  open($('#name').value.trim(), $('#base').value).catch(refused);
 });
 
 function title(id) {
@@ -62,8 +57,15 @@ function title(id) {
 function steps() {
   const list = [...own.steps, { id: 'finish' }];
   $('#steps').replaceChildren(...list.map(step => h('li', {}, h('button', {
-    type: 'button', className: step.done ? 'done' : step.stale ? 'stale' : '', ariaCurrent: step.id === current ? 'step' : 'false',
+    className: step.done ? 'done' : step.stale ? 'stale' : '', ariaCurrent: step.id === current ? 'step' : 'false',
     title: step.words ?? '', onclick: () => go(step.id) }, title(step.id)))));
+  const at = list.findIndex(step => step.id === current);
+  text($('#of'), `${at + 1} of ${list.length}`);
+  for (const [id, to] of [['#previous', list[at - 1]], ['#following', list[at + 1]]]) {
+    $(id).disabled = !to;
+    $(id).onclick = () => go(to.id);
+    $(id).title = to ? title(to.id) : '';
+  }
   $('#steps [aria-current=step]')?.scrollIntoView({ block: 'nearest', inline: 'nearest' });
 }
 function go(id) {
@@ -77,6 +79,7 @@ function go(id) {
 const kit = {
   get own() { return own; },
   get state() { return state; },
+  get chip() { return chip; },
   link, jog,
   async ask(wish) { take(await link.ask({ setup: wish })); },
   change: patch => kit.ask({ change: patch }),
@@ -99,7 +102,7 @@ const kit = {
   step(letter) { const { scale } = own.profile[letter.toLowerCase()]; return scale.um / scale.steps / 1000; },
   // Buttons that jog an axis while they are held.
   pad: letter => [false, true].map(positive => {
-    const button = h('button', { type: 'button', className: 'jog', ariaLabel: `Jog ${letter} ${positive ? 'plus' : 'minus'}` }, `${letter}${positive ? '+' : '−'}`);
+    const button = h('button', { className: 'jog', ariaLabel: `Jog ${letter} ${positive ? 'plus' : 'minus'}` }, `${letter}${positive ? '+' : '−'}`);
     jog.arm(button, letter, positive);
     return button;
   }),
@@ -123,13 +126,8 @@ function draw() {
 
 function show(next) {
   state = next;
-  $('#blind').hidden = true;
-  document.body.classList.remove('blind');
-  const { picture } = state, { status } = picture, up = picture.port === 'up';
-  lamp($('#port'), up);
-  text($('#port-words'), up ? 'it answers' : picture.lost ?? 'opening the port');
-  $('#helm').setAttribute('aria-pressed', state.mine);
-  text($('#helm'), state.mine ? 'You have the helm' : state.taken ? 'Take the helm (another page has it)' : 'Take the helm');
+  const { status } = state.picture;
+  head(state);
   $('#trying').hidden = !state.trial;
   text($('#trying-words'), state.trial ?? '');
   if (!own || !status) return;

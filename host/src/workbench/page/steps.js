@@ -1,5 +1,5 @@
 // The steps of the set-up: for each what it says, what it asks, and what it writes into the profile.
-import { h, text, tell, action, mm } from './dom.js';
+import { h, text, tell, action, mm, refused } from './dom.js';
 import { chips } from './chips.js';
 import { micrometres as um, number as of, numberField } from './fields.js';
 import { rate } from './rate.js';
@@ -31,7 +31,7 @@ export const STEPS = {
       return { content: [
         p('Everything switched off. Wire one thing after the other as the picture has it; what drives motors, spindle and valves stays without its own supply.'),
         bar(h('label', {}, 'Switches and outputs ', wiring), profile.wiring === 'chain' ? 'on shift registers: 16 inputs, 16 outputs, a probe' : 'on the chip’s pins: 4 inputs, 2 outputs'),
-        ...chips(pins),
+        ...chips(pins, kit.chip),
         bar(h('label', {}, 'Drivers want pulses of ', pulse, ' us'), h('label', {}, 'and DIR ', setup, ' us before'),
           action('Keep', () => kit.change({ pulse_us: whole(pulse), dir_setup_us: whole(setup) }))),
         bar(action('It is wired like this', () => kit.next(id, `${profile.wiring} wiring, pulses of ${profile.pulse_us} us, DIR ${profile.dir_setup_us} us before`))),
@@ -82,7 +82,7 @@ export const STEPS = {
           if (references[role] === n && !inverted && !old) tell(words);
           else { await kit.change({ input: inputs(profile, n, given) }); tell(words); }
           text(told, words);
-        } catch (error) { tell(error.message, true); }
+        } catch (error) { refused(error); }
       };
       return {
         content: [p('Press each by hand, one after the other; the number of its input is found, and whether it is on when open. A normally closed emergency stop goes off when it is pressed.'),

@@ -1,6 +1,6 @@
 // Points by jogging: rows of a TABLE of the script, recorded, named, corrected, put in another order,
 // and tried one by one. Each change is written into the script at once, one step of undo each.
-import { h, text, tell, action } from './dom.js';
+import { h, text, tell, action, refused } from './dom.js';
 import { micrometres, numberField } from './fields.js';
 
 export class Teach {
@@ -10,13 +10,15 @@ export class Teach {
     Object.assign(this, { link, machine, script });
     this.choice = h('select', { id: 'table', ariaLabel: 'Table of points', onchange: () => this.#choose(this.choice.value) });
     this.list = h('ol', { ariaLabel: 'Points' });
+    this.head = h('div', { className: 'head soft', ariaHidden: 'true', hidden: true });
     this.words = h('p', { className: 'soft' });
-    this.label = h('input', { id: 'point-name', className: 'new', placeholder: 'name of the point', ariaLabel: 'Name of the next point', maxLength: 60 });
+    this.label = h('input', { id: 'point-name', className: 'new', placeholder: 'name', ariaLabel: 'Name of the next point', maxLength: 60 });
     document.getElementById('teach').append(
       h('div', { className: 'bar' }, this.choice, action('New table', () => this.#fresh(), { id: 'new-table' })),
-      this.words, this.list,
-      h('div', { className: 'bar' }, this.label, action('Record this place', () => this.#record(), { id: 'record' })));
-    this.label.addEventListener('keydown', e => { if (e.key === 'Enter') this.#record().catch(error => tell(error.message, true)); });
+      h('div', { className: 'bar' }, this.label, action('Record this place', () => this.#record(), { id: 'record', className: 'main' })),
+      this.words, this.head, this.list);
+    document.addEventListener('tab', () => this.#picture());
+    this.label.addEventListener('keydown', e => { if (e.key === 'Enter') this.#record().catch(refused); });
     for (const name of ['synced', 'changed']) script.addEventListener(name, () => this.#later());
     machine.jog.arrived = () => tell('There.');
   }
@@ -24,7 +26,6 @@ export class Teach {
     clearTimeout(this.#due);
     this.#due = setTimeout(() => this.#read().catch(() => {}), 300);
   }
-  // The script's tables, unless one of them is being changed here.
   async #read() {
     if (!this.script.synced || this.#busy) return;
     this.tables = (await this.link.ask('tables')).filter(own => own.columns === this.#columns() || own.rows.length);
@@ -47,7 +48,7 @@ export class Teach {
     this.remark = own?.remark ?? '';
     this.letters = (this.machine.machine?.axes ?? []).map(axis => axis.axis).slice(0, this.columns);
     const rows = own?.rows ?? [];
-    if (JSON.stringify(rows) !== JSON.stringify(this.rows) || !this.list.children.length) { this.rows = rows; this.#draw(); }
+    if (JSON.stringify(rows) !== JSON.stringify(this.rows) || !this.list.children.length) { this.rows = rows; this.#draw(); } else this.#picture();
     text(this.words, rows.length ? '' : `No points yet: jog to a place and record it. They become TABLE ${name} of the script.`);
   }
   #fresh() {
@@ -106,16 +107,24 @@ export class Teach {
       return rows;
     });
   }
+  #picture() {
+    const places = document.body.dataset.tab !== 'machine' ? [] : this.rows.map((row, n) => ({
+      name: row.name || String(n + 1), at: ['X', 'Y', 'Z'].map(letter => (row.at[this.letters.indexOf(letter)] ?? 0) / 1000) }));
+    this.view?.show('taught', places);
+  }
   // Whoever goes through the list by keyboard stays where they are.
   #draw() {
+    this.#picture();
     const at = this.list.contains(document.activeElement) ? document.activeElement.ariaLabel : null;
     this.#rows();
     if (at) [...this.list.querySelectorAll('input, button')].find(own => own.ariaLabel === at)?.focus();
   }
   #rows() {
+    this.head.replaceChildren(...['name', ...this.letters.map(letter => `${letter} mm`)].map(words => h('span', {}, words)));
+    this.head.hidden = !this.rows.length;
     this.list.replaceChildren(...this.rows.map((row, n) => {
       const change = given => this.#edit(rows => rows.map((own, m) => m === n ? { ...own, ...given } : own))
-        .catch(error => tell(error.message, true));
+        .catch(refused);
       const what = row.name || `point ${n + 1}`;
       const name = h('input', { className: 'name', value: row.name, ariaLabel: `Name of point ${n + 1}`, maxLength: 60,
         onchange: e => change({ name: e.target.value.trim() }) });
@@ -123,11 +132,11 @@ export class Teach {
         ariaLabel: `${this.letters[k] ?? 'Column'} of ${what}, mm`, onchange: e => {
           let value;
           try { value = micrometres(e.target); } catch (error) { tell(error.message, true); e.target.value = um / 1000; return; }
-          this.#edit(rows => rows.map((own, m) => m === n ? { ...own, at: own.at.map((old, l) => l === k ? value : old) } : own)).catch(error => tell(error.message, true));
+          this.#edit(rows => rows.map((own, m) => m === n ? { ...own, at: own.at.map((old, l) => l === k ? value : old) } : own)).catch(refused);
         } }));
-      const go = h('button', { type: 'button', ariaLabel: `Go to ${what} while held`, title: 'Goes there while it is held' }, 'Go');
+      const go = h('button', { ariaLabel: `Go to ${what} while held`, title: 'Goes there while it is held' }, 'Go');
       this.machine.jog.armTo(go, () => this.#way(row));
-      return h('li', {}, h('div', {}, name, ...places, go,
+      return h('li', {}, h('div', {}, name, ...places), h('div', {}, go,
         action('Here', async () => change({ at: await this.place() }), { ariaLabel: `${what} is here`, title: 'The present place becomes this point' }),
         action('↑', () => this.#swap(n, -1), { ariaLabel: `${what} up`, disabled: n === 0 }),
         action('↓', () => this.#swap(n, 1), { ariaLabel: `${what} down`, disabled: n === this.rows.length - 1 }),

@@ -12,7 +12,7 @@ const en = {
   taken: 'Another page is in control. Stop works from here too.', free: 'Nobody is in control.', power: 'The power was off: set the quantities again.',
   between: (label, low, high) => `${label}: between ${low} and ${high}.`, range: (low, high) => `${low} to ${high}`, more: label => `${label} more`, less: label => `${label} less`,
   input: n => `Input ${n}`, late: what => `${what} did not come in time.`, signal: 'A signal that the program waits for did not come in time.',
-  blocks: what => `${what} keeps the machine from starting.`, thenAcknowledge: 'Put it right, press Acknowledge, then Start.', thenStart: 'Put it right, then press Start.',
+  blocks: what => `${what} keeps the machine from starting.`, unwired: 'The machine was never set up: ask the service.', thenAcknowledge: 'Put it right, press Acknowledge, then Start.', thenStart: 'Put it right, then press Start.',
   service: 'For the service', line: n => `Line ${n}.`, stopped: 'The emergency stop was pressed.',
 };
 const de = {
@@ -27,7 +27,7 @@ const de = {
   taken: 'Eine andere Seite bedient die Maschine. Stopp wirkt auch von hier.', free: 'Niemand bedient die Maschine.', power: 'Der Strom war weg: die Mengen neu einstellen.',
   between: (label, low, high) => `${label}: zwischen ${low} und ${high}.`, range: (low, high) => `${low} bis ${high}`, more: label => `${label} mehr`, less: label => `${label} weniger`,
   input: n => `Eingang ${n}`, late: what => `${what} kam nicht rechtzeitig.`, signal: 'Ein Signal, auf das das Programm wartet, kam nicht rechtzeitig.',
-  blocks: what => `${what} verhindert den Start.`, thenAcknowledge: 'Beheben, Quittieren drücken, dann Start.', thenStart: 'Beheben, dann Start drücken.',
+  blocks: what => `${what} verhindert den Start.`, unwired: 'Die Maschine wurde nie eingerichtet: den Service rufen.', thenAcknowledge: 'Beheben, Quittieren drücken, dann Start.', thenStart: 'Beheben, dann Start drücken.',
   service: 'Für den Service', line: n => `Zeile ${n}.`, stopped: 'Der Not-Halt wurde gedrückt.',
 };
 const fr = {
@@ -42,7 +42,7 @@ const fr = {
   taken: 'Une autre page commande la machine. Arrêt agit aussi d’ici.', free: 'Personne ne commande la machine.', power: 'Le courant a été coupé : régler de nouveau les quantités.',
   between: (label, low, high) => `${label} : entre ${low} et ${high}.`, range: (low, high) => `${low} à ${high}`, more: label => `${label} plus`, less: label => `${label} moins`,
   input: n => `Entrée ${n}`, late: what => `${what} n’est pas venue à temps.`, signal: 'Un signal attendu par le programme n’est pas venu à temps.',
-  blocks: what => `${what} empêche le départ.`, thenAcknowledge: 'Remédier, appuyer sur Acquitter, puis sur Départ.', thenStart: 'Remédier, puis appuyer sur Départ.',
+  blocks: what => `${what} empêche le départ.`, unwired: 'La machine n’a jamais été configurée : appeler le service.', thenAcknowledge: 'Remédier, appuyer sur Acquitter, puis sur Départ.', thenStart: 'Remédier, puis appuyer sur Départ.',
   service: 'Pour le service', line: n => `Ligne ${n}.`, stopped: 'L’arrêt d’urgence a été actionné.',
 };
 export const LANGUAGES = { en, de, fr };

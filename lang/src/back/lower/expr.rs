@@ -26,6 +26,7 @@ const fn binary(op: BinOp) -> Op {
         BinOp::Ge => Op::Ge,
         BinOp::Min => Op::Min,
         BinOp::Max => Op::Max,
+        BinOp::Atan2 => Op::Atan2,
     }
 }
 
@@ -64,6 +65,10 @@ impl Lower<'_> {
                 self.expr(value);
                 self.push(Item::Flags(Op::ToLength, [*axis as u8, 0, 0]));
             }
+            ExprKind::MulDiv(parts) => {
+                parts.iter().for_each(|part| self.expr(part));
+                self.plain(Op::MulDiv);
+            }
             ExprKind::Read(read) => self.read(read),
             ExprKind::Err => self.plain(Op::Err),
             ExprKind::Erl => self.plain(Op::Erl),
@@ -91,6 +96,7 @@ impl Lower<'_> {
             ReadKind::Timer => (Look::Timer, 0),
             ReadKind::TimedOut => return self.plain(Op::TimedOut),
             ReadKind::CharIn => (Look::CharIn, 0),
+            ReadKind::Analog(n) => (Look::Analog, n - 1),
         };
         self.look(look, axis);
     }
@@ -181,6 +187,8 @@ impl Lower<'_> {
             UnOp::Neg => self.plain(Op::Neg),
             UnOp::Abs => self.plain(Op::Abs),
             UnOp::Sqr => self.plain(Op::Sqr),
+            UnOp::Sin => self.plain(Op::Sin),
+            UnOp::Cos => self.plain(Op::Cos),
         }
     }
 

@@ -2,13 +2,14 @@
 
 use super::Lower;
 use crate::axis::{Axis, AxisSet};
-use crate::back::ir::Item;
+use crate::back::ir::{Cond, Item};
 use crate::effect::{Frame, Plane, Want};
 use crate::hir::{ArcCenter, Expr, ExprKind, InWant, PrintPart, ProbeSensor, StmtKind, Word};
 use crate::isa::{Op, SHORT_AXES, flags};
 use crate::kind::Kind;
 use crate::plain::Plain;
 use crate::record::feature;
+use crate::show::Decimals;
 use crate::vm::effects::plane_axes;
 
 /// Whether a value is in steps, steps/s or steps/s2.
@@ -242,8 +243,8 @@ impl Lower<'_> {
     fn print(&mut self, parts: &[PrintPart]) {
         // A FUNCTION may print: its value lies on the stack before the line begins. There is one
         // at most, the checker has seen to that.
-        let early = |part: &&PrintPart| matches!(part, PrintPart::Value(e) if e.has_call());
-        if let Some(PrintPart::Value(value)) = parts.iter().find(early) {
+        let early = |part: &&PrintPart| matches!(part, PrintPart::Value(e, _) if e.has_call());
+        if let Some(PrintPart::Value(value, _)) = parts.iter().find(early) {
             self.expr(value);
         }
         // What stands between two values, units among it, is one text.
@@ -251,19 +252,78 @@ impl Lower<'_> {
         for part in parts {
             match part {
                 PrintPart::Text(more) => text.extend(more.as_bytes()),
-                PrintPart::Value(value) => {
+                PrintPart::Value(value, unit) => {
                     self.print_text(&mut text);
                     if !early(&part) {
                         self.expr(value);
                     }
-                    self.plain(Op::More);
-                    self.plain(Op::PrintNumber);
-                    text.extend(value.kind.unit().suffix().as_bytes());
+                    match unit.decimals() {
+                        Some(decimals) => self.print_decimals(decimals),
+                        None => self.print_number(),
+                    }
+                    text.extend(unit.suffix().as_bytes());
                 }
             }
         }
         self.print_text(&mut text);
         self.plain(Op::PrintEnd);
+    }
+
+    fn print_number(&mut self) {
+        self.plain(Op::More);
+        self.plain(Op::PrintNumber);
+    }
+
+    /// The top in decimals, as [`crate::show`] has it: a minus, the whole number, then digit by digit. Each is made
+    /// of the value with its sign, so that the least number is none that overflows.
+    fn print_decimals(&mut self, decimals: Decimals) {
+        let positive = self.fresh();
+        self.plain(Op::Dup);
+        self.push(Item::Const(decimals.minus()));
+        self.push(Item::Branch(Cond::Gt, positive));
+        self.print_text(&mut b"-".to_vec());
+        self.push(Item::Label(positive));
+        let scales = decimals.over != 1;
+        if scales {
+            // value / over * times, then the rounded rest beside it.
+            self.plain(Op::Dup);
+            self.by(decimals.over, Op::Div);
+            self.by(decimals.times, Op::Mul);
+            self.plain(Op::Over);
+            self.by(decimals.over, Op::Mod);
+            self.by(2 * decimals.times, Op::Mul);
+            self.by(decimals.over, Op::Div);
+            self.plain(Op::Dup);
+            self.by(2, Op::Mod);
+            self.plain(Op::Add);
+            self.by(2, Op::Div);
+            self.plain(Op::Add);
+        }
+        let mut one = 10_i32.pow(decimals.digits.into());
+        self.plain(Op::Dup);
+        self.by(one, Op::Div);
+        self.plain(Op::Abs);
+        self.print_number();
+        self.print_text(&mut b".".to_vec());
+        while one > 1 {
+            one /= 10;
+            if one > 1 {
+                self.plain(Op::Dup);
+                self.by(one, Op::Div);
+            }
+            self.by(10, Op::Mod);
+            self.plain(Op::Abs);
+            self.print_number();
+        }
+        if scales {
+            self.plain(Op::Drop);
+        }
+    }
+
+    /// The top and a constant.
+    fn by(&mut self, value: i32, op: Op) {
+        self.push(Item::Const(value));
+        self.plain(op);
     }
 
     /// A text of a PRINT, which is empty then. No handler comes behind it: it might print a line of its

@@ -87,7 +87,13 @@ impl<'a> Checker<'a> {
                 )
             }
         };
-        self.error(Code::ArgumentKind, expr.span, message, hint);
+        let mut diag = Diag::new(Code::ArgumentKind, expr.span, message).hint(hint);
+        if let (Kind::Number, ExprKind::Literal { value, .. }, Some(unit)) =
+            (found, &expr.kind, wanted.first().and_then(|&kind| units(kind).first()))
+        {
+            diag = diag.fix(expr.span, format!("{value}{unit}"));
+        }
+        self.diags.push(diag);
     }
 
     /// Whether a value is one side of `2,5mm`; reported at the first one.
@@ -204,14 +210,10 @@ impl<'a> Checker<'a> {
     }
 }
 
-/// How a Number is written as a quantity.
-fn with_unit(kind: Kind, expr: &Expr) -> Vec<String> {
-    let value = match &expr.kind {
-        ExprKind::Literal { kind: Kind::Number, value } => Some(*value),
-        _ => None,
-    };
-    let units: &[&str] = match kind {
-        Kind::Number | Kind::Truth => return vec!["a whole number".to_owned()],
+/// The units in which a quantity is written, the usual one first.
+const fn units(kind: Kind) -> &'static [&'static str] {
+    match kind {
+        Kind::Number | Kind::Truth => &[],
         Kind::Length => &["mm"],
         Kind::Steps => &["st"],
         Kind::Time => &["ms", "s"],
@@ -219,7 +221,21 @@ fn with_unit(kind: Kind, expr: &Expr) -> Vec<String> {
         Kind::StepRate => &["st/s"],
         Kind::Accel => &["mm/s2"],
         Kind::StepAccel => &["st/s2"],
+        Kind::Angle => &["deg"],
+        Kind::Voltage => &["mV", "V"],
+    }
+}
+
+/// How a Number is written as a quantity.
+fn with_unit(kind: Kind, expr: &Expr) -> Vec<String> {
+    let value = match &expr.kind {
+        ExprKind::Literal { kind: Kind::Number, value } => Some(*value),
+        _ => None,
     };
+    let units = units(kind);
+    if units.is_empty() {
+        return vec!["a whole number".to_owned()];
+    }
     match value {
         Some(value) => units.iter().map(|unit| format!("`{value}{unit}`")).collect(),
         None => units.iter().take(1).map(|unit| format!("`... * 1{unit}`")).collect(),

@@ -10,6 +10,7 @@ use crate::front::span::Span;
 use crate::front::words::Func;
 use crate::hir::{self, RoutineId, Storage, TableId, VarId};
 use crate::kind::Kind;
+use std::rc::Rc;
 
 /// First holding register of the variables (firmware/README.md, Link).
 const FIRST_REGISTER: i32 = 3000;
@@ -30,6 +31,11 @@ impl<'a> Checker<'a> {
         for output in &profile.outputs {
             if let Some(name) = &output.name {
                 self.names.predeclare(name, Entity::Port(true, Some(output.n)));
+            }
+        }
+        for analog in &profile.analogs {
+            if let Some(name) = &analog.name {
+                self.names.predeclare(name, Entity::Analog(Some(analog.n)));
             }
         }
         let script = self.script;
@@ -108,6 +114,13 @@ impl<'a> Checker<'a> {
                     self.declare(name, Entity::Port(*output, n));
                 }
             }
+            StmtKind::Analog(list) => {
+                for (name, value) in list {
+                    let n = self.plain_constant(value, "ANALOG");
+                    let n = n.filter(|&n| self.check_analog(n, value.span));
+                    self.declare(name, Entity::Analog(n));
+                }
+            }
             StmtKind::Dim(variables) => {
                 for variable in variables {
                     self.dim(variable);
@@ -118,7 +131,9 @@ impl<'a> Checker<'a> {
                     self.keep(variable);
                 }
             }
-            StmtKind::Table { name, width, rows } => self.table(name, width.as_deref(), rows),
+            StmtKind::Table { name, width, columns, rows } => {
+                self.table(name, width.as_deref(), columns, rows);
+            }
             _ => {}
         }
     }
@@ -280,34 +295,57 @@ impl<'a> Checker<'a> {
                 "declare it outside: there is one for the whole script",
             );
         }
-        let extras = [&variable.size, &variable.at, &variable.least, &variable.greatest];
+        let extras = [&variable.at, &variable.least, &variable.greatest];
         let extra = extras.into_iter().flatten().next().map(|extra| extra.span);
         if let Some(extra) = extra.or(variable.label.as_ref().map(|label| label.span)) {
-            let hint = "KEEP values stand at holding registers 4000 on; an array can not be kept";
-            self.error(Code::BadKeep, extra, "KEEP takes a plain name", hint);
+            let hint = "KEEP values stand at holding registers 4000 on";
+            self.error(Code::BadKeep, extra, "KEEP takes a name, and the size of an array", hint);
         }
-        if self.keeps == MAX_KEEPS {
+        let size = variable.size.as_ref();
+        let len = size.map_or(Some(1), |size| self.plain_constant(size, "the size of an array"));
+        let len = len.unwrap_or(1);
+        if let (Some(size), ..1) = (size, len) {
+            let hint = "`KEEP a(4)` has a(0) to a(3)";
+            self.error(Code::ArraySize, size.span, format!("an array of {len} values"), hint);
+        }
+        let len = len.clamp(1, MAX_ARRAY) as u32;
+        if u32::from(self.keeps) + len > MAX_KEEPS.into() {
             self.error(
                 Code::BadKeep,
                 name.span,
-                format!("`{}` is one KEEP too many", name.text),
+                match size {
+                    Some(_) => format!("`{}` has more values than can be kept", name.text),
+                    None => format!("`{}` is one KEEP too many", name.text),
+                },
                 format!("the device keeps {MAX_KEEPS} values; pack two small ones into one"),
             );
             self.keeps = 0;
         }
         let var = self.add_var(&name.text, kind, name.span, Storage::Keep(self.keeps));
-        self.keeps += 1;
+        self.vars[var.0 as usize].len = len;
+        self.vars[var.0 as usize].array = size.is_some();
+        self.keeps = self.keeps.saturating_add(len.min(MAX_KEEPS.into()) as u8);
         self.declare(name, Entity::Var(var));
     }
 
-    fn table(&mut self, name: &'a Name, width: Option<&'a Expr>, rows: &'a [Vec<Expr>]) {
+    fn table(
+        &mut self,
+        name: &'a Name,
+        width: Option<&'a Expr>,
+        names: &[Rc<str>],
+        rows: &'a [Vec<Expr>],
+    ) {
         let columns = match width {
-            None => 1,
+            None => names.len().max(1) as i32,
             Some(width) => self.plain_constant(width, "the number of columns").unwrap_or(1),
         };
-        if let (None, [_, second, ..]) = (width, rows) {
+        if let (None, [], [_, second, ..]) = (width, names, rows) {
             let span = second.first().map_or(name.span, |e| e.span);
-            let hint = format!("write `TABLE {}({}) = ...`", name.text, second.len());
+            let hint = format!(
+                "write `TABLE {}({}) = ...`, or names for the columns",
+                name.text,
+                second.len()
+            );
             self.error(Code::TableShape, span, "rows without the number of columns", hint);
         }
         if columns < 1 {
@@ -374,6 +412,7 @@ impl<'a> Checker<'a> {
         self.tables.push(hir::Table {
             name: name.text.to_string(),
             columns: column_kinds.len().max(1) as u32,
+            names: names.iter().map(|name| name.to_string()).collect(),
             kinds: column_kinds.into_iter().map(|k| k.unwrap_or(Kind::Number)).collect(),
             values,
             span: range(name.span),
@@ -420,7 +459,7 @@ impl<'a> Checker<'a> {
             ExprKind::Literal { .. } | ExprKind::Axis(_) => None,
             ExprKind::Name(name) | ExprKind::Apply(name, _) => {
                 match self.names.look(self.scope, &name.key) {
-                    Some(Entity::Const(..) | Entity::Port(..)) | None => None,
+                    Some(Entity::Const(..) | Entity::Port(..) | Entity::Analog(_)) | None => None,
                     Some(_) => Some((name.span, format!("`{}`", name.text))),
                 }
             }

@@ -6,7 +6,7 @@ use crate::fault::Fault;
 use crate::front::ast::{BinaryOp, Expr, ExprKind, Name, UnaryOp};
 use crate::front::codes::Code;
 use crate::front::span::Span;
-use crate::front::words;
+use crate::front::words::{self, Func};
 use crate::hir::{self, BinOp, RoutineId, TableId, UnOp, VarId};
 use crate::kind::Kind;
 
@@ -65,7 +65,7 @@ impl<'a> Checker<'a> {
         })?;
         match symbol.entity {
             Entity::Const(kind, value) => Some(number(value?, kind, span)),
-            Entity::Port(_, n) => Some(number(n?, Kind::Number, span)),
+            Entity::Port(_, n) | Entity::Analog(n) => Some(number(n?, Kind::Number, span)),
             Entity::Var(var) if self.vars[var.0 as usize].array => {
                 let hint = format!("write which value: `{}(0)`", symbol.text);
                 self.error(Code::WrongUse, span, format!("`{}` is an array", symbol.text), hint);
@@ -91,6 +91,20 @@ impl<'a> Checker<'a> {
         if let Some(id) = self.edge(name) {
             return Some(self.reading(id, span));
         }
+        if let Some(func) = Func::soft(&name.key)
+            && self.names.look(self.scope, &name.key).is_none()
+            && !self.script.lost.contains(&*name.key)
+        {
+            if args.len() == func.args().len() {
+                return self.builtin(func, args, span);
+            }
+            let wanted = func.args().len();
+            let plural = if wanted == 1 { "" } else { "s" };
+            let message =
+                format!("{} takes {wanted} argument{plural}, not {}", func.text(), args.len());
+            self.error(Code::WrongCount, span, message, format!("its form is `{}`", func.usage()));
+            return None;
+        }
         let symbol = self.resolve_as(name, |text| match words::foreign_function(&name.key) {
             Some(hint) => hint.to_owned(),
             None => format!(
@@ -101,7 +115,7 @@ impl<'a> Checker<'a> {
             Entity::Var(var) => self.element(var, &symbol, args, span),
             Entity::Table(id) => self.table_value(id, &symbol, args, span),
             Entity::Routine(id) => self.function(id, &symbol, args, span),
-            Entity::Const(..) | Entity::Port(..) => {
+            Entity::Const(..) | Entity::Port(..) | Entity::Analog(_) => {
                 let hint = format!("write `{}` alone", symbol.text);
                 let message = format!("`{}` is a constant; it has no parts", symbol.text);
                 self.error(Code::WrongUse, span, message, hint);
@@ -160,6 +174,16 @@ impl<'a> Checker<'a> {
         Some(hir::Expr { kind, span: range(span), node })
     }
 
+    /// The column of a table that an index names.
+    pub(super) fn named_column(&self, id: TableId, index: &Expr) -> Option<usize> {
+        let table = &self.tables[id.0 as usize];
+        match &index.kind {
+            ExprKind::Name(name) => table.column(&name.key),
+            ExprKind::Axis(axis) => table.column(&axis.axis.letter().to_string()),
+            _ => None,
+        }
+    }
+
     fn table_value(
         &mut self,
         id: TableId,
@@ -182,9 +206,11 @@ impl<'a> Checker<'a> {
             return None;
         }
         let row = self.plain(args.first()?, "a row")?;
-        let column = match args.get(1) {
-            Some(column) => self.plain(column, "a column")?,
-            None => number(0, Kind::Number, span),
+        let named = args.get(1).and_then(|index| self.named_column(id, index));
+        let column = match (args.get(1), named) {
+            (Some(index), Some(n)) => number(n as i32, Kind::Number, index.span),
+            (Some(index), None) => self.plain(index, "a column")?,
+            (None, _) => number(0, Kind::Number, span),
         };
         for (index, count, what) in [(&row, rows, "row"), (&column, columns, "column")] {
             if let Some(i) = value_of(index)

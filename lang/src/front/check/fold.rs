@@ -3,6 +3,7 @@
 use crate::fault::Fault;
 use crate::hir::{BinOp, UnOp};
 use crate::profile::Scale;
+use crate::trig;
 
 /// One operand.
 pub(super) fn unary(op: UnOp, a: i32) -> Result<i32, Fault> {
@@ -13,6 +14,8 @@ pub(super) fn unary(op: UnOp, a: i32) -> Result<i32, Fault> {
         UnOp::Abs => a.checked_abs().ok_or(Fault::Overflow),
         UnOp::Sgn => Ok(a.signum()),
         UnOp::Sqr => a.checked_isqrt().ok_or(Fault::ValueRange),
+        UnOp::Sin => Ok(trig::sin(a, trig::wide)),
+        UnOp::Cos => Ok(trig::cos(a, trig::wide)),
     }
 }
 
@@ -41,6 +44,7 @@ pub(super) fn binary(op: BinOp, a: i32, b: i32) -> Result<i32, Fault> {
         BinOp::Ge => Ok(i32::from(a >= b)),
         BinOp::Min => Ok(a.min(b)),
         BinOp::Max => Ok(a.max(b)),
+        BinOp::Atan2 => Ok(trig::atan2(a, b, trig::wide)),
     }
 }
 

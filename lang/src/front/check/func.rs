@@ -2,7 +2,7 @@
 
 use super::expr::{number, value_of};
 use super::names::Entity;
-use super::{Checker, MAIN, clocks, fold, infer, kinds, range};
+use super::{Checker, MAIN, clocks, fold, kinds, range};
 use crate::axis::Axis;
 use crate::front::ast::{BinaryOp, Expr, ExprKind};
 use crate::front::codes::Code;
@@ -23,10 +23,10 @@ impl<'a> Checker<'a> {
     ) -> Option<hir::Expr> {
         let read = |read: ReadKind| {
             let node = hir::ExprKind::Read(read);
-            Some(hir::Expr { kind: infer::func_kind(func), span: range(span), node })
+            Some(hir::Expr { kind: kinds::func_kind(func), span: range(span), node })
         };
         let plain = |node: hir::ExprKind| {
-            Some(hir::Expr { kind: infer::func_kind(func), span: range(span), node })
+            Some(hir::Expr { kind: kinds::func_kind(func), span: range(span), node })
         };
         match func {
             Func::CharIn => read(ReadKind::CharIn),
@@ -39,6 +39,7 @@ impl<'a> Checker<'a> {
             Func::Err => plain(hir::ExprKind::Err),
             Func::Erl => plain(hir::ExprKind::Erl),
             Func::In => read(ReadKind::In(Box::new(self.port(args.first()?, false)?))),
+            Func::Ain => read(ReadKind::Analog(self.analog(args.first()?)?)),
             Func::Out => read(ReadKind::Out(Box::new(self.port(args.first()?, true)?))),
             Func::Pos => read(ReadKind::Pos(self.axis_argument(args)?)),
             Func::PosSt => read(ReadKind::PosSteps(self.axis_argument(args)?)),
@@ -62,6 +63,7 @@ impl<'a> Checker<'a> {
                 let value = self.plain(args.first()?, "SQR")?;
                 self.make_unary(UnOp::Sqr, Kind::Number, value, span)
             }
+            Func::Sin | Func::Cos | Func::Atan2 | Func::Scale => self.turning(func, args, span),
             Func::Min | Func::Max => {
                 let [left, right] = args else { return None };
                 let left = self.expr(left);

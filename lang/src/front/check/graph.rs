@@ -243,7 +243,7 @@ impl<'a> Builder<'_, 'a> {
             StmtKind::Dim(list) if list.iter().any(|variable| variable.name.is_hidden()) => {
                 self.emit(Op::Uses("a WAIT UNTIL with a time", stmt.span));
             }
-            StmtKind::End | StmtKind::ResumeNext => self.end(Op::Stop),
+            StmtKind::End | StmtKind::ResumeNext | StmtKind::Resume => self.end(Op::Stop),
             StmtKind::OnError(Some(name)) => {
                 if let Some(id) = self.checker.labels.id(MAIN, &name.key) {
                     self.graph.errors.push((id, name.span));

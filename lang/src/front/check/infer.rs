@@ -339,7 +339,7 @@ impl<'a> Inference<'_, 'a> {
             }
             Machine::Print(parts) => {
                 for part in parts {
-                    if let PrintPart::Value(e) = part {
+                    if let PrintPart::Value(e, _) = part {
                         self.expr(e);
                     }
                 }
@@ -376,7 +376,7 @@ impl<'a> Inference<'_, 'a> {
             ExprKind::Axis(_) => Ty::Unknown,
             ExprKind::Name(name) => match self.checker.names.look(self.scope, &name.key) {
                 Some(Entity::Const(kind, _)) => Ty::Known(kind),
-                Some(Entity::Port(..)) => Ty::Known(Kind::Number),
+                Some(Entity::Port(..) | Entity::Analog(_)) => Ty::Known(Kind::Number),
                 Some(Entity::Var(var)) => self.slot(var.0 as usize),
                 Some(Entity::Routine(id)) => self.slot(self.result_slot(id)),
                 Some(Entity::Table(_)) | None => Ty::Unknown,
@@ -384,6 +384,9 @@ impl<'a> Inference<'_, 'a> {
             ExprKind::Apply(name, args) => match self.checker.names.look(self.scope, &name.key) {
                 Some(Entity::Routine(_)) => self.call(&name.key, args),
                 entity => {
+                    if let (None, Some(func)) = (entity, Func::soft(&name.key)) {
+                        return self.builtin(func, args);
+                    }
                     self.exprs(args);
                     if let Some(id) = self.checker.edge(name) {
                         return self.slot(self.result_slot(id));
@@ -392,9 +395,11 @@ impl<'a> Inference<'_, 'a> {
                         Some(Entity::Var(var)) => self.slot(var.0 as usize),
                         Some(Entity::Table(id)) => {
                             let table = &self.checker.tables[id.0 as usize];
-                            let column = match args.get(1).map(|e| &e.kind) {
+                            let index = args.get(1);
+                            let named = index.and_then(|e| self.checker.named_column(id, e));
+                            let column = match index.map(|e| &e.kind) {
                                 Some(ExprKind::Literal { value, .. }) => *value as usize,
-                                _ => 0,
+                                _ => named.unwrap_or(0),
                             };
                             table.kinds.get(column).map_or(Ty::Unknown, |&k| Ty::Known(k))
                         }
@@ -425,11 +430,29 @@ impl<'a> Inference<'_, 'a> {
         let tys: Vec<Ty> = args.iter().map(|arg| self.expr(arg)).collect();
         match func {
             Func::Abs => tys.first().copied().unwrap_or(Ty::Unknown),
+            Func::Scale => match tys[..] {
+                [v, a, b, c, d] => {
+                    let from = self.partners(a, b);
+                    self.partners(v, from);
+                    self.partners(c, d)
+                }
+                _ => Ty::Unknown,
+            },
+            Func::Sin | Func::Cos => {
+                tys.iter().for_each(|&ty| self.bind(ty, Ty::Known(Kind::Angle)));
+                Ty::Known(Kind::Number)
+            }
+            Func::Atan2 => {
+                if let [y, x] = tys[..] {
+                    self.partners(y, x);
+                }
+                Ty::Known(Kind::Angle)
+            }
             Func::Min | Func::Max => match tys[..] {
                 [a, b] => self.partners(a, b),
                 _ => Ty::Unknown,
             },
-            _ => Ty::Known(func_kind(func)),
+            _ => Ty::Known(kinds::func_kind(func)),
         }
     }
 
@@ -472,18 +495,5 @@ fn as_operand(op: BinaryOp, ty: Ty) -> Ty {
             Ty::Known(Kind::Number)
         }
         ty => ty,
-    }
-}
-
-/// Kind of a built-in function's result; those that keep their argument's kind count as Number.
-pub(super) const fn func_kind(func: Func) -> Kind {
-    match func {
-        Func::Pos | Func::Probed | Func::Length => Kind::Length,
-        Func::PosSt | Func::ProbedSt | Func::Steps => Kind::Steps,
-        Func::Timer => Kind::Time,
-        Func::In | Func::Out | Func::ProbeOk | Func::Moving | Func::Homed | Func::TimedOut => {
-            Kind::Truth
-        }
-        _ => Kind::Number,
     }
 }

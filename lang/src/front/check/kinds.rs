@@ -2,6 +2,7 @@
 
 use crate::front::ast::BinaryOp;
 use crate::front::literal::example;
+use crate::front::words::Func;
 use crate::kind::Kind;
 
 /// Number, or Truth where a Number serves.
@@ -89,11 +90,28 @@ pub(super) const fn unit_of(kind: Kind) -> &'static str {
         Kind::StepRate => "1st/s",
         Kind::Accel => "1mm/s2",
         Kind::StepAccel => "1st/s2",
+        Kind::Angle => "1deg",
+        Kind::Voltage => "1mV",
     }
 }
 
 /// A kind with its article, for messages.
 pub(super) fn a(kind: Kind) -> String {
-    let article = if kind == Kind::Accel { "an" } else { "a" };
+    let article = if matches!(kind, Kind::Accel | Kind::Angle) { "an" } else { "a" };
     if kind == Kind::Steps { "Steps".to_owned() } else { format!("{article} {kind}") }
+}
+
+/// Kind of a built-in function's result; those that keep their argument's kind count as Number.
+pub(super) const fn func_kind(func: Func) -> Kind {
+    match func {
+        Func::Pos | Func::Probed | Func::Length => Kind::Length,
+        Func::PosSt | Func::ProbedSt | Func::Steps => Kind::Steps,
+        Func::Timer => Kind::Time,
+        Func::Ain => Kind::Voltage,
+        Func::Atan2 => Kind::Angle,
+        Func::In | Func::Out | Func::ProbeOk | Func::Moving | Func::Homed | Func::TimedOut => {
+            Kind::Truth
+        }
+        _ => Kind::Number,
+    }
 }

@@ -1,6 +1,7 @@
 //! What the profile's machine can do: axes, inputs and outputs, speeds, travel.
 
 use super::expr::{remedy, value_of};
+use super::names::Entity;
 use super::{Checker, fold};
 use crate::axis::Axis;
 use crate::effect::Frame;
@@ -78,7 +79,14 @@ impl<'a> Checker<'a> {
         let what = if output { "an output's number" } else { "an input's number" };
         if let ExprKind::Name(name) = &expr.kind {
             let word = if output { "OUTPUT" } else { "INPUT" };
-            self.resolve_as(name, |name| format!("{WHICH_PORT}: `{word} {name} = 1`"))?;
+            let symbol =
+                self.resolve_as(name, |name| format!("{WHICH_PORT}: `{word} {name} = 1`"))?;
+            if let Entity::Analog(_) = symbol.entity {
+                let message = format!("`{}` is an analog input, not {what}", symbol.text);
+                let hint = "its voltage is `AIN(name)`; a [[threshold]] of the profile makes an input of it";
+                self.error(Code::WrongUse, expr.span, message, hint);
+                return None;
+            }
         }
         let n = self.plain(expr, what)?;
         match value_of(&n) {
@@ -87,15 +95,59 @@ impl<'a> Checker<'a> {
         }
     }
 
+    /// The number of an analog input, which the profile must have: 1 to 4.
+    pub(super) fn analog(&mut self, expr: &'a Expr) -> Option<u8> {
+        if let ExprKind::Name(name) = &expr.kind {
+            let symbol = self.resolve_as(name, |name| format!("name it: `ANALOG {name} = 1`"))?;
+            if let Entity::Port(output, _) = symbol.entity {
+                let what = if output { "an output" } else { "an input" };
+                let message = format!("AIN takes an analog input, and `{}` is {what}", symbol.text);
+                let read = if output { "OUT" } else { "IN" };
+                let hint = format!("its state is `{read}({})`", symbol.text);
+                self.error(Code::WrongUse, expr.span, message, hint);
+                return None;
+            }
+        }
+        let n = self.plain(expr, "an analog input's number")?;
+        let Some(n) = value_of(&n) else {
+            let message = "the number of an analog input is only known at run time";
+            let hint = "write its number or its name; several are told apart by SELECT CASE";
+            self.error(Code::NotConstant, expr.span, message, hint);
+            return None;
+        };
+        self.check_analog(n, expr.span).then(|| u8::try_from(n).ok()).flatten()
+    }
+
+    /// Whether the profile has this analog input.
+    pub(super) fn check_analog(&mut self, n: i32, span: Span) -> bool {
+        let analogs = &self.profile.analogs;
+        if analogs.iter().any(|analog| analog.n == n) {
+            return true;
+        }
+        let message = format!("the machine `{}` has no analog input {n}", self.profile.name);
+        let hint = match &analogs[..] {
+            [] => "write `[[analog]]` with `n = 1` into its profile; the F5529 has four".to_owned(),
+            some => {
+                let numbers: Vec<String> = some.iter().map(|analog| analog.n.to_string()).collect();
+                format!("its analog inputs are {}", numbers.join(", "))
+            }
+        };
+        self.error(Code::NoPort, span, message, hint);
+        false
+    }
+
     pub(super) fn check_port(&mut self, output: bool, n: i32, span: Span) -> bool {
-        let wiring = self.profile.wiring;
-        let (what, last) =
-            if output { ("output", wiring.outputs()) } else { ("input", wiring.inputs()) };
-        if (1..=last).contains(&n) {
+        let profile = self.profile;
+        let last = profile.wiring.outputs();
+        let (what, known, numbers) = match output {
+            true => ("output", (1..=last).contains(&n), format!("1 to {last}")),
+            false => ("input", profile.has_input(n), profile.input_numbers()),
+        };
+        if known {
             return true;
         }
         let message = format!("the machine `{}` has no {what} {n}", self.profile.name);
-        self.error(Code::NoPort, span, message, format!("its {what}s are 1 to {last}"));
+        self.error(Code::NoPort, span, message, format!("its {what}s are {numbers}"));
         false
     }
 

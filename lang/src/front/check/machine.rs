@@ -4,7 +4,7 @@ use super::argument::{ACCEL, PLACE, SPEED, TIME};
 use super::expr::{number, value_of};
 use super::{Checker, kinds, range};
 use crate::axis::Axis;
-use crate::effect::Frame;
+use crate::effect::{Frame, Unit};
 use crate::fault::Fault;
 use crate::front::ast::{self, AxisRef, Expr, InputState, Machine};
 use crate::front::codes::Code;
@@ -114,16 +114,54 @@ impl<'a> Checker<'a> {
                         ast::PrintPart::Text(text) => {
                             list.push(hir::PrintPart::Text(text.text.clone()))
                         }
-                        ast::PrintPart::Value(value) => match self.expr(value) {
-                            Some(value) => list.push(hir::PrintPart::Value(value)),
-                            None => wrong = true,
-                        },
+                        ast::PrintPart::Value(value, shown) => {
+                            match self.print_value(value, *shown) {
+                                Some(part) => list.push(part),
+                                None => wrong = true,
+                            }
+                        }
                     }
                 }
                 (!wrong).then(|| self.print_in_order(list))
             }
             // Modal state only: it costs the device nothing.
             Machine::Plane(_) => Some(Vec::new()),
+        }
+    }
+
+    /// A value of a PRINT. One in decimals that is known is a text.
+    fn print_value(
+        &mut self,
+        value: &'a Expr,
+        shown: Option<ast::ShownIn>,
+    ) -> Option<hir::PrintPart> {
+        let checked = self.expr(value)?;
+        let Some(ast::ShownIn { unit, span }) = shown else {
+            let unit = checked.kind.unit();
+            return Some(hir::PrintPart::Value(checked, unit));
+        };
+        if checked.kind != unit.kind() {
+            let found = kinds::a(checked.kind);
+            let message = format!("{found} has no `{}`", unit.suffix());
+            let fitting = Unit::ALL.into_iter().filter(|unit| unit.kind() == checked.kind);
+            let fitting: Vec<String> =
+                fitting.map(|unit| format!("IN {}", unit.suffix())).collect();
+            let hint = match (checked.kind, unit.kind()) {
+                (Kind::Number | Kind::Truth, _) => {
+                    format!("multiply by a quantity first: `n * 1{} IN {0}`", unit.suffix())
+                }
+                (Kind::Steps, Kind::Length) => "convert it first: `LENGTH(X, n)`".to_owned(),
+                (Kind::Length, Kind::Steps) => "convert it first: `STEPS(X, n)`".to_owned(),
+                _ => format!("write {}", fitting.join(" or ")),
+            };
+            self.error(Code::ArgumentKind, span, message, hint);
+            return None;
+        }
+        match value_of(&checked) {
+            Some(value) if unit.decimals().is_some() => {
+                Some(hir::PrintPart::Text(unit.show(value).to_string()))
+            }
+            _ => Some(hir::PrintPart::Value(checked, unit)),
         }
     }
 

@@ -20,11 +20,11 @@ impl Checker<'_> {
     ///
     /// The last value with a call stays in its place: engines evaluate it before the first part.
     pub(super) fn print_in_order(&mut self, mut parts: Vec<PrintPart>) -> Vec<StmtKind> {
-        let calls = |part: &PrintPart| matches!(part, PrintPart::Value(e) if e.has_call());
+        let calls = |part: &PrintPart| matches!(part, PrintPart::Value(e, _) if e.has_call());
         let last = parts.iter().rposition(calls).unwrap_or(0);
         let mut out = Vec::new();
         for part in &mut parts[..last] {
-            if let PrintPart::Value(value) = part
+            if let PrintPart::Value(value, _) = part
                 && self.may_change(value)
             {
                 out.push(self.set_aside(value));

@@ -97,6 +97,7 @@ impl<'a> Checker<'a> {
         match &stmt.kind {
             StmtKind::Const(_)
             | StmtKind::Port { .. }
+            | StmtKind::Analog(_)
             | StmtKind::Dim(_)
             | StmtKind::Keep(_)
             | StmtKind::Table { .. } => Some((Vec::new(), Then::GoesOn)),
@@ -155,6 +156,7 @@ impl<'a> Checker<'a> {
                 one(hir::StmtKind::OnError(Some(label)))
             }
             StmtKind::ResumeNext => last(hir::StmtKind::ResumeNext),
+            StmtKind::Resume => last(hir::StmtKind::Resume),
             StmtKind::OnIn { input, handler } => {
                 one(self.on_input(input, handler.as_ref(), stmt.span)?)
             }
@@ -210,6 +212,7 @@ impl<'a> Checker<'a> {
                     ("the name of an output", "outputs are set by `SetOut name, ON`")
                 }
                 Entity::Port(false, _) => ("the name of an input", "inputs are read: `IN(name)`"),
+                Entity::Analog(_) => ("the name of an analog input", "these are read: `AIN(name)`"),
                 Entity::Table(_) => ("a TABLE, which stands in flash", "use an array: `DIM a(8)`"),
                 _ => ("a SUB or FUNCTION", "its value is given by RETURN"),
             };
@@ -413,6 +416,7 @@ pub(super) fn is_declaration(stmt: &Stmt) -> bool {
         stmt.kind,
         StmtKind::Const(_)
             | StmtKind::Port { .. }
+            | StmtKind::Analog(_)
             | StmtKind::Dim(_)
             | StmtKind::Keep(_)
             | StmtKind::Table { .. }

@@ -1,6 +1,7 @@
 //! The walk over the syntax tree that binds names.
 
 use std::collections::HashMap;
+use std::rc::Rc;
 
 use super::{Index, Mention, Sort, Symbol};
 use crate::front::ast::{
@@ -28,6 +29,8 @@ struct Walk {
     index: Index,
     /// 0 in the main program, n + 1 in routine n.
     scope: usize,
+    /// Names of columns, by the keys of their TABLEs.
+    columns: HashMap<Rc<str>, Vec<Rc<str>>>,
 }
 
 pub(super) fn index(script: &Script) -> Index {
@@ -38,7 +41,7 @@ pub(super) fn index(script: &Script) -> Index {
         lines: script.routines.iter().map(|r| (r.line, r.end_line.max(r.line))).collect(),
         ..Index::default()
     };
-    let mut walk = Walk { index, scope: 0 };
+    let mut walk = Walk { index, scope: 0, columns: HashMap::new() };
     for routine in &script.routines {
         let sort = if routine.is_function { Sort::Function } else { Sort::Sub };
         walk.declare(&routine.name, sort, routine.span);
@@ -126,7 +129,7 @@ impl Walk {
         };
         match &stmt.kind {
             StmtKind::Label(name) => self.declare(name, Sort::Label, stmt.span),
-            StmtKind::Const(list) => each(list, Sort::Const),
+            StmtKind::Const(list) | StmtKind::Analog(list) => each(list, Sort::Const),
             StmtKind::Port { output: false, ports } => each(ports, Sort::Input),
             StmtKind::Port { output: true, ports } => each(ports, Sort::Output),
             StmtKind::Dim(list) | StmtKind::Keep(list) => {
@@ -136,7 +139,8 @@ impl Walk {
                     self.declare(name, sort, stmt.span);
                 }
             }
-            StmtKind::Table { name, width, rows } => {
+            StmtKind::Table { name, width, columns, rows } => {
+                self.columns.insert(name.key.clone(), columns.clone());
                 width
                     .as_deref()
                     .into_iter()
@@ -217,6 +221,7 @@ impl Walk {
             StmtKind::Label(_)
             | StmtKind::Const(_)
             | StmtKind::Port { .. }
+            | StmtKind::Analog(_)
             | StmtKind::Dim(_)
             | StmtKind::Keep(_)
             | StmtKind::Table { .. }
@@ -225,6 +230,7 @@ impl Walk {
             | StmtKind::End
             | StmtKind::Run(_)
             | StmtKind::ResumeNext
+            | StmtKind::Resume
             | StmtKind::OnEvery(None) => {}
         }
     }
@@ -256,7 +262,7 @@ impl Walk {
             }
             Machine::Print(parts) => {
                 for part in parts {
-                    if let PrintPart::Value(value) = part {
+                    if let PrintPart::Value(value, _) = part {
                         self.expr(value);
                     }
                 }
@@ -274,7 +280,17 @@ impl Walk {
             ExprKind::Name(name) => self.mention(name, Among::Names, false),
             ExprKind::Apply(name, args) => {
                 self.mention(name, Among::Names, false);
-                args.iter().for_each(|e| self.expr(e));
+                // What names a column is no other thing of that name.
+                let columns = self.columns.get(&name.key);
+                let column = match args.get(1).map(|e| &e.kind) {
+                    Some(ExprKind::Name(own)) => columns.is_some_and(|all| all.contains(&own.key)),
+                    _ => false,
+                };
+                for (n, e) in args.iter().enumerate() {
+                    if n != 1 || !column {
+                        self.expr(e);
+                    }
+                }
             }
             ExprKind::Builtin(_, args) => args.iter().for_each(|e| self.expr(e)),
             ExprKind::Unary(_, inner) => self.expr(inner),

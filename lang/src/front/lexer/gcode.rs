@@ -97,16 +97,24 @@ impl<'a> State<'a> {
         self.bad_word(span, message, &hint);
     }
 
-    /// Reports `X5mm`, `Z-depth` and `Zdepth` with the brackets that they want. `false` where it is something else.
+    /// Reports `X5mm`, `F1200 mm/min`, `Z-depth` and `Zdepth` with the brackets that they want. `false` where it is something else.
     fn needs_brackets(&mut self, lexer: &mut Lexer<'a, Gcode>, span: Span) -> bool {
         let (word, rest) = (span.of(self.text), lexer.remainder());
         let number = self.tokens.last().filter(|last| last.tok == Tok::GWord);
-        let number = number.filter(|last| last.span.end == span.start && literal::is_unit(word));
+        let number = number.filter(|last| {
+            let between = self.text.get(last.span.end as usize..span.start as usize);
+            let blank = between.is_some_and(|text| text.trim_matches([' ', '\t']).is_empty());
+            blank && literal::is_unit(word)
+        });
         let name_length =
             |text: &str| text.bytes().take_while(|&b| literal::is_name_byte(b)).count();
         let (whole, message) = match number {
             Some(number) => {
-                let whole = number.span.to(span);
+                // `mm` of `mm/min`.
+                let from = self.text.get(span.start as usize..).unwrap_or(word);
+                let more = literal::unit_length(from).map_or(0, |length| length - word.len());
+                lexer.bump(more);
+                let whole = Span::new(number.span.start, span.end + more as u32);
                 (whole, format!("a unit stands in the word `{}`", whole.of(self.text)))
             }
             None if words::lookup(word).is_none()
@@ -131,7 +139,7 @@ impl<'a> State<'a> {
             None => return false,
         };
         let (letter, value) = whole.of(self.text).split_at(1);
-        let instead = format!("{letter}[{value}]");
+        let instead = format!("{letter}[{}]", value.replace([' ', '\t'], ""));
         let hint = format!("a value that is no plain number stands in brackets: `{instead}`");
         if !self.block_reported {
             self.report_fix(Code::GcodeWord, whole, message, &hint, instead);

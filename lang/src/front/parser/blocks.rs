@@ -112,10 +112,10 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The script; whatever is still open is reported.
-    pub fn finish(mut self, last_line: u32) -> Script {
+    /// The script, which ends at an offset; whatever is still open is reported.
+    pub fn finish(mut self, last_line: u32, end: u32) -> Script {
         while let Some(frame) = self.frames.pop() {
-            self.unclosed(&frame, None);
+            self.unclosed(&frame, Err(end));
             self.complete(frame, None, last_line);
         }
         self.script.last_line = last_line;
@@ -132,7 +132,7 @@ impl<'a> Builder<'a> {
     fn open(&mut self, opener: Opener, span: Span, line: u32) {
         if matches!(opener.word(), Kw::Sub | Kw::Function) {
             while let Some(frame) = self.frames.pop() {
-                self.unclosed(&frame, Some((span, "stands outside of all blocks")));
+                self.unclosed(&frame, Ok((span, "stands outside of all blocks")));
                 self.complete(frame, None, line);
             }
         }
@@ -167,7 +167,7 @@ impl<'a> Builder<'a> {
         let Some(found) = found else { return false };
         while self.frames.len() > found + 1 {
             if let Some(frame) = self.frames.pop() {
-                self.unclosed(&frame, Some((by, "was found instead")));
+                self.unclosed(&frame, Ok((by, "was found instead")));
                 self.complete(frame, None, 0);
             }
         }
@@ -220,7 +220,8 @@ impl<'a> Builder<'a> {
         self.complete(frame, Some(closer), line);
     }
 
-    fn unclosed(&mut self, frame: &Frame, by: Option<(Span, &str)>) {
+    /// Reports an open block: what was found instead of its end and what that does, or where the script ends.
+    fn unclosed(&mut self, frame: &Frame, by: Result<(Span, &str), u32>) {
         let word = frame.opener.word();
         self.forced.push(word);
         if matches!(frame.opener, Opener::Broken(_)) {
@@ -229,9 +230,12 @@ impl<'a> Builder<'a> {
         let closing = closing_words(word);
         let message = format!("the {} of line {} has no {closing}", word.text(), frame.line);
         let mut diag = Diag::new(Code::UnclosedBlock, frame.span, message);
-        if let Some((span, text)) = by {
-            diag = diag.label(span, format!("this {text}"));
-        }
+        diag = match by {
+            Ok((span, text)) => diag
+                .label(span, format!("this {text}"))
+                .fix(Span::point(span.start), format!("{closing}\n")),
+            Err(end) => diag.fix(Span::point(end), format!("\n{closing}")),
+        };
         self.diags.push(diag.hint(format!("close it with `{closing}`")));
     }
 

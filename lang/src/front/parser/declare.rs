@@ -14,6 +14,7 @@ use nom::Parser;
 use nom::combinator::{cut, map, opt};
 use nom::multi::separated_list1;
 use nom::sequence::delimited;
+use std::rc::Rc;
 
 /// `name = e, ...`
 pub fn equations(i: In<'_>) -> Parsed<'_, Vec<(Name, Expr)>> {
@@ -154,13 +155,48 @@ fn parenthesised(i: In<'_>) -> Parsed<'_, Expr> {
         .parse(i)
 }
 
+/// Names of columns, in parentheses, at least two: one alone is a CONST that says how many there are. Axis letters are
+/// names here.
+fn columns(i: In<'_>) -> Parsed<'_, Vec<Rc<str>>> {
+    let mut names: Vec<Rc<str>> = Vec::new();
+    let mut rest = i.rest();
+    if i.tok() != Tok::Sign(Sign::Open) || rest.second().tok != Tok::Sign(Sign::Comma) {
+        return Ok((i, names));
+    }
+    loop {
+        let plain = match rest.tok() {
+            Tok::Name => true,
+            Tok::Kw(kw) => kw.is_soft(),
+            _ => false,
+        };
+        if !plain {
+            return Err(rest.expected("the name of a column"));
+        }
+        let key: Rc<str> = rest.word().to_ascii_lowercase().into();
+        if names.contains(&key) {
+            let span = rest.first().span;
+            let message = format!("two columns are called `{}`", rest.word());
+            let diag = Diag::new(Code::DeclaredTwice, span, message);
+            return Err(i.fail(diag.hint("give each column a name of its own")));
+        }
+        names.push(key);
+        rest = rest.rest();
+        match rest.tok() {
+            Tok::Sign(Sign::Comma) => rest = rest.rest(),
+            Tok::Sign(Sign::Close) => return Ok((rest.rest(), names)),
+            _ => return Err(rest.expected("`,` or `)`")),
+        }
+    }
+}
+
 /// `name[(columns)] = row; row ...`
 pub fn table(i: In<'_>) -> Parsed<'_, StmtKind> {
     let (rest, name) = cut(name).parse(i)?;
+    let (rest, columns) = cut(columns).parse(rest)?;
     let (rest, width) = opt(map(parenthesised, Box::new)).parse(rest)?;
     let (rest, _) = cut(tok(Tok::Sign(Sign::Eq), "`=`")).parse(rest)?;
     let row = separated_list1(comma, cut(expr));
     let semicolon = tok(Tok::Sign(Sign::Semicolon), "`;`");
     let (rest, rows) = separated_list1(semicolon, row).parse(rest)?;
-    Ok((rest, StmtKind::Table { name, width, rows }))
+    Ok((rest, StmtKind::Table { name, width, columns, rows }))
 }

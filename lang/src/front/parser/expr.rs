@@ -179,7 +179,8 @@ fn primary(i: In<'_>) -> Parsed<'_, Tall> {
 fn number(i: In<'_>) -> Parsed<'_, Expr> {
     let span = i.first().span;
     let after = i.rest();
-    if is_unit(after) && after.second().tok != Tok::Sign(Sign::Open) {
+    let shown = after.tok() == Tok::Func(Func::In) && is_unit(after.rest());
+    if is_unit(after) && after.second().tok != Tok::Sign(Sign::Open) && !shown {
         let (digits, unit) = (i.word(), after.word());
         let whole = span.to(after.first().span);
         let message = format!("a blank stands between `{digits}` and its unit");
@@ -209,11 +210,11 @@ fn named(i: In<'_>) -> Parsed<'_, Tall> {
     {
         return Err(match kw {
             _ if i.at_end() => i.expected("an expression"),
-            kw if kw.begins_statement() => {
+            kw if kw.begins_statement() => i.fail(foreign::undeclared(i).unwrap_or_else(|| {
                 let message =
                     format!("expected an expression, found the statement `{}`", kw.text());
-                i.fail(Diag::new(Code::Expected, i.first().span, message))
-            }
+                Diag::new(Code::Expected, i.first().span, message)
+            })),
             _ => i.expected("an expression"),
         });
     }
@@ -251,11 +252,28 @@ pub fn arguments(i: In<'_>) -> Parsed<'_, (Vec<Expr>, usize)> {
     if inner.tok() == Tok::Sign(Sign::Close) {
         return Ok((inner.rest().back_to(i), (Vec::new(), 0)));
     }
-    let (rest, list) = separated_list1(comma, cut(|j| climb(j, 0))).parse(inner)?;
+    let first = inner.tokens.len();
+    let (rest, list) = separated_list1(comma, cut(|j| listed(j, first))).parse(inner)?;
     let (rest, _) = cut(tok(Tok::Sign(Sign::Close), "`)`")).parse(rest)?;
     let height = list.iter().map(|(_, h)| *h).max().unwrap_or(0);
     let args = list.into_iter().map(|(e, _)| e).collect();
     Ok((rest.back_to(i), (args, height)))
+}
+
+/// One argument; `first` is how many tokens stand from the first one on.
+fn listed(i: In<'_>, first: usize) -> Parsed<'_, Tall> {
+    if i.tokens.len() == first || !names_column(i) {
+        return climb(i, 0);
+    }
+    let (rest, axis) = axis(i)?;
+    Ok((rest, (Expr { kind: ExprKind::Axis(axis), span: axis.span }, 1)))
+}
+
+/// Whether an axis letter alone stands before the closing parenthesis: a column of a TABLE may be called so.
+fn names_column(i: In<'_>) -> bool {
+    i.tok() == Tok::Name
+        && i.second().tok == Tok::Sign(Sign::Close)
+        && ["x", "y", "z"].iter().any(|letter| i.word().eq_ignore_ascii_case(letter))
 }
 
 fn builtin(i: In<'_>, func: Func) -> Parsed<'_, Tall> {
@@ -273,6 +291,9 @@ fn builtin(i: In<'_>, func: Func) -> Parsed<'_, Tall> {
         };
     }
     if open.tok() != Tok::Sign(Sign::Open) {
+        if let Some(diag) = foreign::undeclared(i) {
+            return Err(i.fail(diag));
+        }
         let mut diag = usage("is a function and needs its parentheses");
         if func.args().is_empty() {
             diag = diag.fix(Span::point(span.end), "()");

@@ -3,9 +3,7 @@
 use super::input::{In, is_unit};
 use super::piece::{Closer, Opener, Piece, closing_words};
 use super::slips;
-pub use super::slips::{
-    argument_sign, axis_as_value, joined, loop_label, print_comma, reserved_label,
-};
+pub use super::slips::{argument_sign, axis_as_value, joined, loop_label, print_comma, undeclared};
 use super::stmt::behind_parentheses;
 use crate::front::ast::{Expr, ExprKind};
 use crate::front::codes::Code;
@@ -212,6 +210,9 @@ pub fn unknown_statement(i: In<'_>) -> Diag {
         return Diag::new(Code::ForeignStatement, i.second().span, message)
             .hint(format!("write `INPUT {word} = 1` or `OUTPUT {word} = 1`"));
     }
+    if let Some(diag) = slips::unit_in_word(i) {
+        return diag;
+    }
     let message = format!("there is no statement or SUB `{word}`");
     let diag = Diag::new(Code::UnknownStatement, span, message);
     if is_later_word(word) && matches!(i.second().tok, Tok::Name | Tok::LineEnd) {
@@ -376,18 +377,14 @@ pub fn surplus(i: In<'_>) -> Option<Diag> {
 pub fn one_line_end(i: In<'_>) -> Option<Diag> {
     let (Tok::Kw(Kw::End), Tok::Kw(Kw::If)) = (i.tok(), i.second().tok) else { return None };
     let span = i.first().span.to(i.second().span);
-    let diag = Diag::new(Code::BlockInOneLine, span, "a one-line IF has no END IF");
-    Some(diag.hint("leave it out, or end the line behind THEN").fix(span, ""))
+    Some(slips::one_line_end(span))
 }
 
 /// A block's line inside a one-line IF.
 pub fn in_one_line(i: In<'_>, span: Span, piece: &Piece) -> Diag {
     let word = i.word().to_ascii_uppercase();
     match piece {
-        Piece::Close(Closer::If) => {
-            Diag::new(Code::BlockInOneLine, span, "a one-line IF has no END IF")
-                .hint("leave it out")
-        }
+        Piece::Close(Closer::If) => slips::one_line_end(span),
         Piece::ElseIf(_) => Diag::new(Code::BlockInOneLine, span, "a one-line IF has no ELSEIF")
             .hint("write `ELSE IF ... THEN`, or the block form with THEN at the line's end"),
         _ => Diag::new(

@@ -13,7 +13,7 @@ use core::iter::{Copied, Enumerate};
 use core::slice::Iter;
 use nom::error::{ErrorKind, ParseError};
 use nom::{Err, IResult, Input, Needed};
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::rc::Rc;
 
 /// What every parser may look up.
@@ -21,7 +21,9 @@ pub struct Context<'a> {
     /// The source.
     pub text: &'a str,
     /// Keys of the names of SUBs and FUNCTIONs anywhere in the script.
-    pub routines: HashSet<String>,
+    pub routines: BTreeSet<String>,
+    /// Names in declarations anywhere in the script, as they are written there.
+    pub declared: BTreeSet<&'a str>,
     /// How often a near word was looked for; each time costs a walk over all SUBs.
     pub guesses: Cell<usize>,
     /// TIMEDOUT stands in the script.
@@ -179,7 +181,12 @@ impl Failure {
             _ => format!("before `{}`", self.at.span.of(text).chars().take(30).collect::<String>()),
         };
         let message = format!("expected {} {found}", list(&self.expected));
-        let diag = Diag::new(Code::Expected, self.at.span, message);
+        let mut diag = Diag::new(Code::Expected, self.at.span, message);
+        if self.at.tok != Tok::LineEnd && self.expected.iter().all(|word| *word == "`,`") {
+            // It belongs behind the word before.
+            let before = text.get(..self.at.span.start as usize).unwrap_or("").trim_end().len();
+            diag = diag.fix(Span::point(before as u32), ",");
+        }
         Some(match usage {
             Some(usage) => diag.hint(format!("the form is `{usage}`")),
             None => diag,

@@ -3,10 +3,12 @@
 use super::expr::{expr, optional_expr};
 use super::foreign;
 use super::input::{In, Parsed, axis, comma, kw, text};
-use crate::effect::{Plane, Want};
-use crate::front::ast::{AxisRef, Expr, InputState, Machine, PrintPart};
+use crate::effect::{Plane, Unit, Want};
+use crate::front::ast::{AxisRef, Expr, InputState, Machine, PrintPart, ShownIn};
+use crate::front::codes::Code;
+use crate::front::diag::Diag;
 use crate::front::token::{Sign, Tok};
-use crate::front::words::Kw;
+use crate::front::words::{Func, Kw};
 use crate::plain::Plain;
 use nom::Parser;
 use nom::branch::alt;
@@ -143,7 +145,8 @@ fn print(i: In<'_>) -> Parsed<'_, Machine> {
     let mut parts = Vec::new();
     let mut rest = i;
     while !rest.at_end() {
-        let part = alt((map(text, PrintPart::Text), map(expr, PrintPart::Value)));
+        let value = map((expr, shown_in), |(value, shown)| PrintPart::Value(value, shown));
+        let part = alt((map(text, PrintPart::Text), value));
         let (after, part) = cut(part).parse(rest)?;
         parts.push(part);
         rest = after;
@@ -155,6 +158,23 @@ fn print(i: In<'_>) -> Parsed<'_, Machine> {
         }
     }
     Ok((rest, Machine::Print(parts)))
+}
+
+/// `IN unit` behind a value. The lexer made one name of the unit.
+fn shown_in(i: In<'_>) -> Parsed<'_, Option<ShownIn>> {
+    let is_in = matches!(i.tok(), Tok::Func(Func::In) | Tok::Name);
+    if !is_in || !i.word().eq_ignore_ascii_case("IN") {
+        return Ok((i, None));
+    }
+    let rest = i.rest();
+    let span = rest.first().span;
+    if let (Tok::Name, Some(unit)) = (rest.tok(), Unit::from_text(rest.word())) {
+        return Ok((rest.rest(), Some(ShownIn { unit, span })));
+    }
+    let diag = Diag::new(Code::Expected, span, format!("expected a unit, {}", rest.found()));
+    Err(i.fail(diag.hint(
+        "units are mm, um, in, s, ms, min, mm/s, mm/min, in/min, mm/s2, deg, st, st/s and st/s2",
+    )))
 }
 
 fn plane(i: In<'_>) -> Parsed<'_, Machine> {

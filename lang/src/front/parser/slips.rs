@@ -3,12 +3,12 @@
 use super::input::{In, hyphenated, name};
 use crate::axis::Axis;
 use crate::front::codes::Code;
-use crate::front::diag::Diag;
+use crate::front::diag::{Diag, MAX_DIAGS};
 use crate::front::lexer::begins_gcode;
 use crate::front::literal;
 use crate::front::span::Span;
 use crate::front::token::{Sign, Tok};
-use crate::front::words::Kw;
+use crate::front::words::{Kw, nearest};
 
 /// Whether a digit stands directly before a place.
 pub fn digit_before(text: &str, span: Span) -> bool {
@@ -72,6 +72,44 @@ pub fn words_apart(i: In<'_>) -> Option<Diag> {
             .hint(format!("the number follows its letter directly: `{joined}`"))
             .fix(whole, joined),
     )
+}
+
+/// `IF c THEN PRINT 1 END IF`: an IF with its statement in one line needs no end. `i` stands at the IF.
+pub fn closed_line(i: In<'_>) -> Option<Diag> {
+    let length = i.tokens.iter().position(|t| t.tok == Tok::LineEnd)?;
+    let (Tok::Kw(Kw::If), line) = (i.tok(), i.tokens.get(..length)?) else { return None };
+    let span = match line {
+        [.., end, last] if (end.tok, last.tok) == (Tok::Kw(Kw::End), Tok::Kw(Kw::If)) => {
+            end.span.to(last.span)
+        }
+        [.., last] if last.span.of(i.context.text).eq_ignore_ascii_case("ENDIF") => last.span,
+        _ => return None,
+    };
+    let then = line.iter().any(|t| t.tok == Tok::Kw(Kw::Then));
+    then.then(|| one_line_end(span))
+}
+
+/// What is told of the END IF of an IF that has its statement in its line.
+pub fn one_line_end(span: Span) -> Diag {
+    Diag::new(Code::BlockInOneLine, span, "a one-line IF has no END IF")
+        .hint("leave it out, or end the line behind THEN")
+        .fix(span, "")
+}
+
+/// `F1200mm/min` at the begin of a line, where it could be a name.
+pub fn unit_in_word(i: In<'_>) -> Option<Diag> {
+    let start = i.first().span.start;
+    let word = i.word().chars().next().filter(|c| "FSXYZ".contains(c.to_ascii_uppercase()))?;
+    let value = i.context.text.get(start as usize + 1..)?;
+    let digits =
+        value.len() - value.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.').len();
+    let unit = literal::unit_length(&value[digits..]).filter(|_| digits > 0)?;
+    let value = &value[..digits + unit];
+    let whole = Span::new(start, start + 1 + value.len() as u32);
+    let message = format!("a unit stands in the word `{word}{value}`");
+    let instead = format!("{word}[{value}]");
+    let hint = format!("a value that is no plain number stands in brackets: `{instead}`");
+    Some(Diag::new(Code::GcodeWord, whole, message).hint(hint).fix(whole, instead))
 }
 
 /// `PAUSE 100` and `DELAY 100`, which count ms where they come from.
@@ -185,6 +223,33 @@ pub fn further_names(i: In<'_>, count: usize) -> Vec<Diag> {
         }
     }
     found
+}
+
+/// A word of the language where a value stands, and a declared name is nearly so: the name was meant.
+pub fn undeclared(i: In<'_>) -> Option<Diag> {
+    let (word, span) = (i.word(), i.first().span);
+    let what = match i.tok() {
+        Tok::Kw(kw) => format!("`{}` is a statement", kw.text()),
+        Tok::Func(func) => format!("`{}` is a function", func.usage()),
+        _ => return None,
+    };
+    let guesses = i.context.guesses.get();
+    i.context.guesses.set(guesses + 1);
+    if guesses >= MAX_DIAGS {
+        return None;
+    }
+    let near = nearest(word, i.context.declared.iter().copied())?;
+    let message = format!("`{word}` is not declared: {what}");
+    Some(Diag::new(Code::UnknownName, span, message).near(near))
+}
+
+/// The same where a value is assigned: `count = 1`, `count(0) = 1`.
+pub fn undeclared_target(i: In<'_>) -> Option<Diag> {
+    match (i.tok(), i.second().tok) {
+        (Tok::Kw(_) | Tok::Func(_), Tok::Sign(Sign::Eq))
+        | (Tok::Func(_), Tok::Sign(Sign::Open)) => undeclared(i),
+        _ => None,
+    }
 }
 
 /// A reserved word with a colon, where the statement of that word needs more.

@@ -115,6 +115,7 @@ fn keyword(kw_: Kw, i: In<'_>) -> Parsed<'_, Piece> {
         Kw::End => end_word(rest),
         Kw::Run => stmt(map(cut(text), StmtKind::Run).parse(rest)?),
         Kw::On => stmt(control::on(rest)?),
+        Kw::Resume if rest.at_end() => stmt((rest, StmtKind::Resume)),
         Kw::Resume => stmt(map(kw(Kw::Next), |_| StmtKind::ResumeNext).parse(rest)?),
         kw_ if kw_.entry().class == Class::Machine => {
             stmt(map(|j| machine(kw_, false, j), |m| StmtKind::Machine(Box::new(m))).parse(rest)?)
@@ -162,6 +163,9 @@ fn named(i: In<'_>) -> Parsed<'_, Piece> {
         let (rest, name) = name(i)?;
         return map(call_list, |args| Piece::Stmt(StmtKind::Call { name: name.clone(), args }))
             .parse(rest);
+    }
+    if i.tok() == Tok::Kw(Kw::Analog) && !assigns {
+        return map(declare::equations, |list| Piece::Stmt(StmtKind::Analog(list))).parse(i.rest());
     }
     if !assigns {
         return Err(match next {

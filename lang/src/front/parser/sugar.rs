@@ -137,7 +137,9 @@ fn declares(script: &Script, falls: bool) -> bool {
                     list.iter().any(|variable| *variable.name.key == *key)
                 }
                 StmtKind::Table { name, .. } => *name.key == *key,
-                StmtKind::Const(list) | StmtKind::Port { ports: list, .. } => {
+                StmtKind::Const(list)
+                | StmtKind::Analog(list)
+                | StmtKind::Port { ports: list, .. } => {
                     list.iter().any(|(name, _)| *name.key == *key)
                 }
                 _ => false,

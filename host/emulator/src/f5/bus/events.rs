@@ -17,6 +17,7 @@ enum Source {
     Clock,
     Supervisor,
     Flash,
+    Converter,
 }
 
 impl Bus {
@@ -40,6 +41,7 @@ impl Bus {
             (self.ucs.next, Source::Clock),
             (self.pmm.next(), Source::Supervisor),
             (busy, Source::Flash),
+            (self.adc.next, Source::Converter),
         ] {
             if other.0 < first.0 {
                 first = other;
@@ -103,6 +105,10 @@ impl Bus {
             Source::Clock => {
                 self.ucs.event(at);
                 self.reclock_at(at);
+            }
+            Source::Converter => {
+                let second = self.part.ticks_per_second;
+                self.adc.event(self.plant.analog, self.vcc, second);
             }
             Source::Supervisor => self.pmm.event(at, self.vcc),
             Source::Flash => {

@@ -16,20 +16,15 @@ const MPY: std::ops::Range<u16> = 0x04C0..0x04EE;
 const UCS: std::ops::Range<u16> = 0x0160..0x0172;
 const PMM: std::ops::Range<u16> = 0x0120..0x0132;
 const FCTL: std::ops::Range<u16> = 0x0140..0x0148;
+const ADC: std::ops::Range<u16> = 0x0700..0x0740;
 const WDTCTL: u16 = 0x015C;
 /// Key of a write to WDTCTL.
 const WDT_KEY: u16 = 0x5A00;
 const RCCTL0: u16 = 0x0158;
 /// Modules that the firmware leaves alone: writes of their off state are accepted, nothing else is
-/// modelled. REF, RTC, DMA, ADC12, COMP_B, USB.
-const ABSENT: [std::ops::Range<u16>; 6] = [
-    0x01B0..0x01B2,
-    0x04A0..0x04BC,
-    0x0500..0x0530,
-    0x0700..0x0740,
-    0x08C0..0x08D0,
-    0x0900..0x0980,
-];
+/// modelled. REF, RTC, DMA, COMP_B, USB.
+const ABSENT: [std::ops::Range<u16>; 5] =
+    [0x01B0..0x01B2, 0x04A0..0x04BC, 0x0500..0x0530, 0x08C0..0x08D0, 0x0900..0x0980];
 
 /// The timer and the offset of a register in it.
 fn timer_at(addr: u16) -> Option<(usize, u16)> {
@@ -71,6 +66,9 @@ impl Bus {
         if FCTL.contains(&even) {
             return self.flash.read(even - FCTL.start, now);
         }
+        if ADC.contains(&even) {
+            return Some(self.adc.read(even - ADC.start));
+        }
         if UCS.contains(&even) {
             return Some(self.ucs.read(even - UCS.start));
         }
@@ -107,6 +105,12 @@ impl Bus {
             let old = self.ucs.read(even - UCS.start);
             self.ucs.write(even - UCS.start, old & !mask | value & mask, now);
             self.reclock();
+            true
+        } else if ADC.contains(&even) {
+            let second = self.part.ticks_per_second;
+            if !self.adc.write(even - ADC.start, value, mask, now, second) {
+                self.warn(Kind::Unsupported, addr.into());
+            }
             true
         } else if MPY.contains(&even) {
             self.write_multiplier(even, value, mask)

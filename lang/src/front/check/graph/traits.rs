@@ -38,7 +38,7 @@ pub(super) fn arguments(machine: &Machine) -> Vec<&Expr> {
         Machine::Print(parts) => parts
             .iter()
             .filter_map(|part| match part {
-                PrintPart::Value(e) => Some(e),
+                PrintPart::Value(e, _) => Some(e),
                 PrintPart::Text(_) => None,
             })
             .collect(),

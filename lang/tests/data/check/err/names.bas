@@ -181,7 +181,20 @@ go
 ' ---
 KEEP a, b, c, d, e, h, i, j, k
 ' ---
-KEEP k(3)
+KEEP k(9)
+' ---
+KEEP a(5), b(4)
+' ---
+KEEP k(0)
+' ---
+TABLE t(px, px) = 1, 2
+PRINT t(0, px)
+' ---
+TABLE t(px, depth) = 1, 2; 3
+PRINT t(0, px)
+' ---
+TABLE t(px, depth) = 1, 2; 3, 4
+PRINT t(0, width)
 ' ---
 FUNCTION five
   RETURN 5

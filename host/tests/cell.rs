@@ -1,0 +1,79 @@
+//! Cells by the command line: deviations that strike nobody, proofs that prove nothing.
+
+mod common;
+
+use common::{pasapas, text};
+use tempfile::TempDir;
+
+const SCRIPT: &str = "PROFILE \"laser\"\nMoveAxe X, 5mm\n";
+const VARY: &str = "vary = [{ fault = \"pause\", within_s = 1, chance = 0.5 }]\n";
+const EXPECT: &str = "expect = [{ what = \"no_collision\" }]\n";
+
+/// A script for a machine without Z, and a cell beside it with these lines.
+fn folder(lines: &str) -> (TempDir, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let script = folder.path().join("a.bas");
+    let part = "part = [{ name = \"chip\", size = [8, 8, 4], at = [100, 100, 0] }]";
+    std::fs::write(&script, SCRIPT).expect("a script");
+    std::fs::write(folder.path().join("a.cell.toml"), format!("cell = 1\n{part}\n{lines}"))
+        .expect("a cell");
+    let script = text(&script).to_owned();
+    (folder, script)
+}
+
+#[test]
+fn a_deviation_that_strikes_nobody_is_refused_by_name() {
+    let (_folder, script) = folder(EXPECT);
+    let sim = |deviation: &str| pasapas(&["sim", &script, "--deviate", deviation]);
+    for (deviation, words) in [
+        ("missing chop", "fault missing names no "),
+        ("pause", "`pause` needs a time"),
+        ("chop.size 3", "`chop.size` is no number of the cell"),
+        // The machine has X and Y alone.
+        ("stall Z 30st at 1s", "fault stall names no axis of the profile: \"Z\""),
+    ] {
+        let (code, said) = sim(deviation);
+        assert_eq!(code, 2, "{deviation}: {said}");
+        assert!(said.contains("--deviate: ") && said.contains(words), "{deviation}: {said}");
+    }
+    for deviation in ["missing chip", "pause at 0s", "stall Y 3st at 0.1s"] {
+        let (code, said) = sim(deviation);
+        assert_eq!(code, 0, "{deviation}: {said}");
+    }
+}
+
+#[test]
+fn a_cell_names_only_axes_of_its_machine() {
+    let stall = |axis: &str| {
+        let vary = format!(
+            "vary = [{{ fault = \"stall\", of = \"{axis}\", steps = 3, chance = 1, within_s = 1 }}]\n"
+        );
+        let (_folder, script) = folder(&format!("{EXPECT}{vary}"));
+        pasapas(&["prove", &script, "--runs", "1"])
+    };
+    let (code, said) = stall("Z");
+    assert!(code == 1 && said.contains("names no axis of the profile"), "{said}");
+    let (code, said) = stall("Y");
+    assert_eq!(code, 0, "{said}");
+}
+
+#[test]
+fn a_proof_of_nothing_says_so() {
+    let prove = |lines: &str, more: &[&str]| {
+        let (_folder, script) = folder(lines);
+        pasapas(&[&["prove", &script, "--runs", "2"], more].concat())
+    };
+    let (code, said) = prove(EXPECT, &[]);
+    assert_eq!(code, 1, "{said}");
+    assert!(said.contains("varies nothing") && said.contains("`[[vary]]` with"), "{said}");
+    let (code, said) = prove(VARY, &[]);
+    assert_eq!(code, 0, "{said}");
+    assert!(said.contains("expects nothing") && said.contains("`[[expect]]` with"), "{said}");
+    assert!(said.contains("below 100.0 %"), "{said}");
+    let all = format!("{EXPECT}{VARY}");
+    let (code, said) = prove(&all, &[]);
+    assert!(code == 0 && !said.contains("nothing"), "{said}");
+    let (code, said) = prove(&all, &["--shard", "3/8"]);
+    assert_eq!(code, 0, "{said}");
+    assert!(said.contains("part 3 of 8 has no run") && !said.contains("never reached"), "{said}");
+}
