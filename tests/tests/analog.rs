@@ -9,7 +9,7 @@ use pasapas::board::engine::run_native_traced;
 use pasapas::board::{DEFAULT, engine};
 use pasapas::sim::trace::{Event, What, to_text};
 use pasapas::sim::world::World;
-use pasapas::sim::{Engine, Options, Rules, run_traced};
+use pasapas::sim::{Engine, Options, run_traced};
 
 fn program(profile: &Profile, script: &str) -> Program {
     let source = Source::new("t.bas", script.to_owned());
@@ -22,14 +22,11 @@ fn traces(profile: &Profile, script: &str, world: &str) -> Vec<(String, Vec<Even
     let (program, world) =
         (program(profile, script), World::parse("w.rhai", world).expect("a world"));
     let mut all = Vec::new();
-    for rules in [Rules::Model, Rules::Firmware] {
-        for engine in [Engine::Rhai, Engine::Vm] {
-            let options = Options { rules, part: DEFAULT.part, ..Options::default() };
-            let (_, events) = run_traced(&program, engine, &world, &options).expect("a run");
-            all.push((format!("{engine:?} {rules:?}"), events));
-        }
-    }
     let options = Options { part: DEFAULT.part, ..Options::default() };
+    for engine in [Engine::Rhai, Engine::Vm] {
+        let (_, events) = run_traced(&program, engine, &world, &options).expect("a run");
+        all.push((format!("{engine:?}"), events));
+    }
     let compiled = lang::back::compile(&program).expect("an image");
     let native = run_native_traced(DEFAULT, &program, &compiled, &world, &options);
     all.push(("the machine without an emulator".to_owned(), native.expect("a run").1));

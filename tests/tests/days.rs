@@ -12,7 +12,7 @@ use pasapas::board::{BUILDS, F5529};
 use pasapas::sim::record::StopReason;
 use pasapas::sim::trace::{Event, What};
 use pasapas::sim::world::World;
-use pasapas::sim::{Engine, Options, Outcome, Rules, run_traced};
+use pasapas::sim::{Engine, Options, Outcome, run_traced};
 use pasapas::torture::stand::Stand;
 
 const HOUR_US: u64 = 3_600_000_000;
@@ -62,18 +62,18 @@ fn a_loop_without_an_end_is_ended_by_its_user() {
     ] {
         let program = on(&format!("DIM n\nDO\n {body}\nLOOP\n"), &mill());
         for engine in [Engine::Rhai, Engine::Vm] {
-            for rules in [Rules::Model, Rules::Firmware] {
+            for build in &BUILDS {
                 let options = Options {
                     limit_us: 60 * 24 * HOUR_US,
-                    rules,
+                    part: build.part,
                     interrupted: || true,
                     ..Options::default()
                 };
                 let (outcome, _) =
                     run_traced(&program, engine, &World::empty(), &options).expect("it runs");
                 let summary = &outcome.summary;
-                let at =
-                    format!("{body}, {engine:?}, {rules:?}: {} statements", summary.statements);
+                let (part, count) = (build.part.name, summary.statements);
+                let at = format!("{body}, {engine:?}, {part}: {count} statements");
                 assert_eq!(summary.stopped, Some(StopReason::Interrupted), "{at}");
                 assert!(summary.statements < 20_000, "{at}");
             }

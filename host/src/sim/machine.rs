@@ -5,7 +5,6 @@
 //! effect; both come back with a [`Step`]. The machine decides when an event handler is due, when
 //! a pause holds everything, and when the run is over; the engine owns the control flow.
 
-mod analog;
 pub(crate) mod axes;
 mod books;
 mod buttons;
@@ -42,7 +41,6 @@ use lang::effect::Effect;
 use lang::profile::Profile;
 use lang::record::MachineRecord;
 
-use self::analog::Analog;
 use self::axes::Axes;
 pub use self::axes::scaled;
 use self::buttons::Buttons;
@@ -90,7 +88,6 @@ pub struct Machine {
     search: Search,
     plant: Plant,
     inputs: Inputs,
-    analog: Analog,
     outputs: Outputs,
 }
 
@@ -126,15 +123,11 @@ impl Machine {
             search: Search::default(),
             plant: Plant::new(profile, &record, &scenario),
             inputs: Inputs::new(profile),
-            analog: Analog::new(profile),
             outputs: Outputs::new(profile),
             profile: profile.clone(),
             scenario,
         };
         machine.process();
-        for (n, on) in machine.analog.settle() {
-            machine.inputs.drive(n, on, 0);
-        }
         machine.inputs.settle();
         for n in machine.inputs.on() {
             machine.log.input(0, n, true);

@@ -6,7 +6,7 @@ use lang::hir::Program;
 use super::generate::Case;
 use crate::sim::trace::{Event, PerAxis, Status, What};
 use crate::sim::world::World;
-use crate::sim::{Options, Outcome, SimError, Sink, rhai_engine, vm_engine};
+use crate::sim::{Options, Outcome, STATEMENT_US, SimError, Sink, rhai_engine, vm_engine};
 
 /// A run on one engine.
 pub struct Run {
@@ -113,6 +113,28 @@ pub fn difference(case: &Case, rhai: &Run, vm: &Run) -> Option<String> {
         }
     }
     None
+}
+
+/// Times of a statement beside the usual one, us: with one of them what hangs on an instant comes out differently.
+const OTHER_TIMES: [u64; 4] = [13, 29, 173, 611];
+
+/// Whether a trace hangs on one instant: two engines agree when the world comes later, or one engine alone gives another
+/// trace when its statements take another time. `first` is the run of `rhai`; `runs` gives those of `rhai` and of the VM
+/// for a case and the time of a statement, us, `None` when the compiler refuses the case.
+pub fn hangs_on_an_instant(
+    case: &Case,
+    first: &Run,
+    runs: impl Fn(&Case, u64) -> Option<(Run, Run)>,
+) -> bool {
+    let later = [3, 8, 17].into_iter().any(|by| {
+        let case = varied(case, by);
+        runs(&case, STATEMENT_US).is_none_or(|(a, b)| difference(&case, &a, &b).is_none())
+    });
+    later
+        || OTHER_TIMES.into_iter().any(|us| {
+            runs(case, us)
+                .is_none_or(|(own, _)| trace_difference(&first.trace, &own.trace, 0).is_some())
+        })
 }
 
 /// A case in which nothing comes at the same instant: the world later, the ticks rarer.

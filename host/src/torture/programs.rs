@@ -12,7 +12,9 @@ use lang::image::Image;
 use lang::part::{F5529, Part};
 use lang::record::feature;
 
-use super::compare::{Run, difference, on_rhai, on_vm, trace_difference, varied};
+use super::compare::{
+    Run, difference, hangs_on_an_instant, on_rhai, on_vm, trace_difference, varied,
+};
 use super::generate::{Case, generate, generate_still};
 use super::{Row, Settings, Sink, Verdict};
 use crate::board::engine::{self, BoardError, BoardRun};
@@ -136,22 +138,18 @@ pub fn on_the_host(made: &Made, spoilt: Option<&Compiled>) -> Verdict {
     match difference(&made.case, &rhai, &vm) {
         None => Verdict::Survived,
         // An edge or a tick may come at the very statement.
-        Some(_) if spoilt.is_none() && hangs_on_an_instant(made) => Verdict::Skipped,
+        Some(_) if spoilt.is_none() && hangs_on_an_instant(&made.case, &rhai, on_both) => {
+            Verdict::Skipped
+        }
         Some(text) => told(&made.case, &text, [("rhai", &rhai), ("vm", &vm)]),
     }
 }
 
-fn hangs_on_an_instant(made: &Made) -> bool {
-    [3, 8, 17].into_iter().any(|by| {
-        make(varied(&made.case, by)).is_none_or(|made| {
-            let rhai = on_rhai(&made.program, &made.compiled, &made.world, &OPTIONS);
-            let vm = on_vm(&made.program, &made.compiled, &made.world, &OPTIONS);
-            match (rhai, vm) {
-                (Ok(rhai), Ok(vm)) => difference(&made.case, &rhai, &vm).is_none(),
-                _ => true,
-            }
-        })
-    })
+fn on_both(case: &Case, statement_us: u64) -> Option<(Run, Run)> {
+    let made = make(case.clone())?;
+    let options = Options { statement_us, ..OPTIONS };
+    let rhai = on_rhai(&made.program, &made.compiled, &made.world, &options).ok()?;
+    Some((rhai, on_vm(&made.program, &made.compiled, &made.world, &options).ok()?))
 }
 
 /// What `rhai` says of a program that a board with `part` can be held to: it ends in time and by

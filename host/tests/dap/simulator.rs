@@ -122,7 +122,9 @@ fn the_timer_is_the_runs_own() {
     assert_eq!(client.halt().0, "entry");
     assert_eq!(client.watch("TIMER()"), "0ms");
     assert_eq!(client.go("continue"), stop("breakpoint", &[4]));
-    assert_eq!(client.watch("TIMER()"), "250ms");
+    // A wait counts whole milliseconds of the machine's clock, from the next one on.
+    let timer = client.watch("TIMER()");
+    assert!(["250ms", "251ms"].contains(&timer.as_str()), "{timer}");
     assert_eq!(client.watch("TIMER() - t"), "0ms");
     client.ask("continue", json!({ "threadId": 1 }));
     assert_eq!(client.event("exited")["exitCode"], 0);

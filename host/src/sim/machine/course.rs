@@ -26,7 +26,6 @@ impl Machine {
             self.motion.next_us(),
             self.next_crossing(),
             self.inputs.next_us(),
-            self.analog.next_us(),
             self.outputs.next_us(),
             every.map(|run| self.pause.at_run_clock(run)),
             self.buttons.next_us(),
@@ -83,9 +82,6 @@ impl Machine {
                 return;
             }
         }
-        for (n, on) in self.analog.sample(self.clock.now()) {
-            self.act(Action::Input { n, on });
-        }
         self.filter();
         while let Some((n, line)) = self.outputs.end_pulse(self.clock.now()) {
             self.write(What::Out { line, n, v: 0 });
@@ -117,11 +113,12 @@ impl Machine {
                 let n = if button == Button::Start { START } else { STOP };
                 self.inputs.drive(n, down, self.clock.now());
             }
-            Action::Analog { n, mv } => self.analog.drive(n, mv, self.clock.now()),
             Action::EmergencyStop => self.emergency_stop(),
             Action::Char(c) => self.waits.char_in = c,
             // The engine shares the value.
             Action::Register { .. } => {}
+            // The MSP430G2553 reads none.
+            Action::Analog { .. } => {}
             Action::Stall { axis, steps } => {
                 let direction = self.motion.direction(axis);
                 self.plant.lose(axis, if direction < 0 { steps.saturating_neg() } else { steps });
