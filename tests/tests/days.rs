@@ -76,6 +76,7 @@ fn a_loop_without_an_end_is_ended_by_its_user() {
                 let at = format!("{body}, {engine:?}, {part}: {count} statements");
                 assert_eq!(summary.stopped, Some(StopReason::Interrupted), "{at}");
                 assert!(summary.statements < 20_000, "{at}");
+                assert!((2..=4).contains(&outcome.end.line), "{at}: line {}", outcome.end.line);
             }
         }
     }

@@ -231,3 +231,21 @@ fn short_examples_run_on_the_board() {
     }
     assert!(count >= 6);
 }
+
+/// The picture of a run: what an axis does on its own begins where it stood and ends where it goes to.
+#[test]
+fn pieces_of_a_run_are_joined() {
+    let text = "MoveAxe X, 5mm\nWait 5ms\nMoveAxe X, 10.01mm\nMoveAxe Z, -2.5mm\nG1 X3 F900\nMoveAxe X, 4mm\n";
+    let source = Source::new("pieces.bas", text.to_owned());
+    let (program, _) = compile(&source, ProfileChoice::built_in());
+    let program = program.expect("a program");
+    for engine in [Engine::Rhai, Engine::Vm] {
+        let (outcome, _) =
+            run_traced(&program, engine, &World::unattended(), &Options::default()).unwrap();
+        let ends: Vec<_> = outcome.record.path.iter().map(|own| (own.from, own.to)).collect();
+        let places =
+            [[0; 3], [500, 0, 0], [1001, 0, 0], [1001, 0, -250], [300, 0, -250], [400, 0, -250]];
+        let wanted: Vec<_> = places.windows(2).map(|pair| (pair[0], pair[1])).collect();
+        assert_eq!(ends, wanted, "{engine:?}");
+    }
+}

@@ -172,6 +172,11 @@ impl Desk {
         Play { state, engine, plant }.until(end, to_change)
     }
 
+    /// Where an axis is, steps: what the step engine has counted, before the machine's next pass takes it over.
+    pub fn counted(&self, axis: usize) -> i32 {
+        self.0.engine.borrow().count[axis]
+    }
+
     /// Each millisecond: the inputs of the chain that are guarded, and the pins again.
     pub(super) fn look_at_chain(&self) {
         let state = &*self.0;

@@ -10,7 +10,8 @@ use crate::board;
 use crate::board::size::sizes;
 
 /// The scripts that the mean is taken over: those of the sources that this tool was built from.
-const EXAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples");
+/// Folder of the examples.
+pub(super) const EXAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples");
 
 /// Twenty holes from a table: what a hole costs beside the table is the loop's share.
 const HOLES: &str = "DIM i\n\

@@ -61,8 +61,8 @@ pub struct Native {
     ended: Option<End>,
     /// Why the run is to end although its program goes on.
     stop: Option<StopReason>,
-    /// The end was asked for.
-    stopping: bool,
+    /// The end was asked for, in this line.
+    stopping: Option<u32>,
     /// When something happened last, us, as far as the end of an idle run counts.
     alive_us: u64,
     /// When the machine told the end, us.
@@ -120,7 +120,7 @@ impl Native {
             statements: 0,
             ended: None,
             stop: None,
-            stopping: false,
+            stopping: None,
             alive_us: 0,
             ended_us: None,
             idle_us: 0,
@@ -202,7 +202,9 @@ impl Native {
     pub fn set_line(&mut self, line: u32) {
         self.line = line;
         self.board.desk().set_line(line);
-        self.log.begin(self.now_us(), line);
+        // The statements before it have taken their times, though the machine has not waited for them yet.
+        let owed_us = self.board.desk().owed() / PER_US;
+        self.log.begin(self.now_us() + owed_us, line);
     }
 
     /// `count` statements without effects are about to run.
@@ -270,7 +272,7 @@ impl Native {
         if let Some(end) = self.ended {
             let own = end.fault.filter(|fault| fault.can_be_handled() || *fault == Fault::Stack);
             return Some(match own {
-                Some(fault) if !self.stopping && !comes_by_itself(fault) => {
+                Some(fault) if self.stopping.is_none() && !comes_by_itself(fault) => {
                     self.raised = true;
                     Step::Fault(fault)
                 }
@@ -316,7 +318,7 @@ impl Native {
         let zero = self.zero.unwrap_or_default();
         let at = |us: u64| zero.saturating_add(us.saturating_mul(PER_US));
         let next = next.map_or(u64::MAX, at);
-        let limit = if self.stopping { u64::MAX } else { at(self.options.limit_us) };
+        let limit = if self.stopping.is_some() { u64::MAX } else { at(self.options.limit_us) };
         let mut due = self.cell_is_due().unwrap_or(u64::MAX);
         if self.around.is_some() {
             // Somebody of the cell may press Start then.

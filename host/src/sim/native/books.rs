@@ -29,7 +29,10 @@ impl Native {
 
     fn notice(&mut self, noticed: Noticed) {
         let us = self.us_at(noticed.tick);
-        let line = self.board.desk().line_at(noticed.pc);
+        // Where the engine asks for the end, the machine may not know of the statements since the last effect.
+        let asked =
+            self.stopping.filter(|_| matches!(noticed.sight, Sight::Event(TraceKind::End, ..)));
+        let line = asked.unwrap_or_else(|| self.board.desk().line_at(noticed.pc));
         match noticed.sight {
             Sight::Beside(Seen::Byte, LINE_END) => {
                 let text = String::from_utf8_lossy(&self.printed).into_owned();

@@ -117,7 +117,7 @@ impl Native {
         }
         let asked_us = self.now_us();
         if self.ended.is_none() {
-            self.stopping = true;
+            self.stopping = Some(line);
             self.board.desk().wake();
             match fault {
                 Some(fault) => self.board.controller_mut().fail(fault),

@@ -25,9 +25,9 @@ struct Announced {
 #[derive(Clone, Copy, Debug)]
 struct Solo {
     number: Option<usize>,
-    /// Where it was at the last look, and in which direction it went.
+    /// Where it was at the last look, and in which direction it went, if it has gone.
     at: i32,
-    negative: bool,
+    negative: Option<bool>,
 }
 
 /// See the module.
@@ -37,6 +37,8 @@ pub struct Pieces {
     /// Number in the record of the block that plays.
     path: Option<usize>,
     solo: [Option<Solo>; 3],
+    /// Where each axis stood when it was last seen not to move on its own, steps.
+    stood: [i32; 3],
     /// What an axis does that moves on its own, and whose doing it is.
     doing: Option<(SegmentKind, u32)>,
     /// Commanded places of the last block, steps.
@@ -44,7 +46,7 @@ pub struct Pieces {
 }
 
 fn positions(board: &NativeBoard) -> [i32; 3] {
-    [0, 1, 2].map(|n| board.controller().motor.position(n))
+    [0, 1, 2].map(|n| board.desk().counted(n))
 }
 
 impl Pieces {
@@ -109,7 +111,9 @@ impl Pieces {
     /// How things stand at a time, us.
     pub fn look(&mut self, us: u64, board: &NativeBoard, log: &mut Log) {
         let motor = &board.controller().motor;
+        let at = positions(board);
         if !motor.path_rests() {
+            self.stood = at;
             if let Some(segment) = log.segment(self.path) {
                 let rate = board.desk().top_rate();
                 segment.peak_rate = segment.peak_rate.max(rate);
@@ -121,7 +125,6 @@ impl Pieces {
             self.path = None;
         }
         self.commanded = None;
-        let at = positions(board);
         for n in 0..3 {
             self.look_at_axis(n, us, at, board, log);
         }
@@ -138,12 +141,19 @@ impl Pieces {
         let moves = board.controller().motor.moves(n as u8);
         let Some(solo) = &mut self.solo[n] else {
             if let (true, Some((kind, line))) = (moves, self.doing) {
-                self.solo[n] = Some(begin(n, kind, line, us, at, log));
+                let mut from = at;
+                from[n] = self.stood[n];
+                self.solo[n] = Some(begin(n, kind, line, us, from, log));
+            } else {
+                self.stood[n] = at[n];
             }
             return;
         };
         let way = at[n].wrapping_sub(solo.at);
-        let turned = way != 0 && (way < 0) != solo.negative;
+        let turned = way != 0 && solo.negative.is_some_and(|negative| (way < 0) != negative);
+        if way != 0 {
+            solo.negative = Some(way < 0);
+        }
         if let Some(segment) = log.segment(solo.number) {
             if !turned {
                 segment.to[n] = at[n];
@@ -155,11 +165,12 @@ impl Pieces {
         solo.at = at[n];
         if !moves {
             self.solo[n] = None;
+            self.stood[n] = at[n];
         } else if turned {
             let (kind, line) = self.doing.unwrap_or((SegmentKind::Speed, 1));
             self.solo[n] = Some(begin(n, kind, line, us, at, log));
             if let Some(solo) = &mut self.solo[n] {
-                solo.negative = way < 0;
+                solo.negative = Some(way < 0);
             }
         }
     }
@@ -205,7 +216,7 @@ fn begin(n: usize, kind: SegmentKind, line: u32, us: u64, at: [i32; 3], log: &mu
         exit_speed: None,
         power: None,
     });
-    Solo { number, at: at[n], negative: false }
+    Solo { number, at: at[n], negative: None }
 }
 
 /// Power of the laser in what moves next, if the machine has one.

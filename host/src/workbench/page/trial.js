@@ -193,7 +193,7 @@ export class Trial {
   // Number of the newest event at or before a time; -1: there is none.
   #event(us) {
     const events = this.about?.events ?? [];
-    let lo = -1, hi = events.length - 1;
+    let lo = 0, hi = events.length - 1;
     while (lo < hi) { const m = (lo + hi + 1) >> 1; if (events[m][0] <= us) lo = m; else hi = m - 1; }
     return lo;
   }
