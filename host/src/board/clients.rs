@@ -132,6 +132,19 @@ impl Clients {
         }
     }
 
+    /// Whether nobody asks or is to be told anything, and whoever does next ends the wait of [`Clients::read`].
+    pub fn rest(&self) -> bool {
+        let rests = |client: &Client| {
+            matches!(client.port, Port::Pipe(_))
+                && client.ask.waiting() == 0
+                && client.outgoing.is_empty()
+        };
+        self.listener.is_none()
+            && !self.list.is_empty()
+            && self.turns.is_free()
+            && self.list.iter().all(rests)
+    }
+
     /// Bytes for the board, when the line is free and somebody has asked; `now` in us.
     pub fn next(&mut self, now: u64) -> Option<Vec<u8>> {
         if !self.turns.is_free() {

@@ -32,6 +32,9 @@ pub trait Hardware: Sized {
     /// Whether it has power.
     fn powered(&self) -> bool;
 
+    /// Pulls the RST pin.
+    fn reset_pin(&mut self);
+
     /// What is around the pins.
     fn plant(&self) -> impl Deref<Target = Plant>;
     /// See [`Hardware::plant`].
@@ -82,6 +85,9 @@ impl Hardware for Board {
     }
     fn powered(&self) -> bool {
         Board::powered(self)
+    }
+    fn reset_pin(&mut self) {
+        Board::reset_pin(self);
     }
     fn plant(&self) -> impl Deref<Target = Plant> {
         Board::plant(self)
@@ -156,6 +162,9 @@ impl Hardware for NativeBoard {
     }
     fn powered(&self) -> bool {
         true
+    }
+    fn reset_pin(&mut self) {
+        NativeBoard::reset_pin(self);
     }
     fn plant(&self) -> impl Deref<Target = Plant> {
         NativeBoard::plant(self)

@@ -1,14 +1,17 @@
-//! A virtual board in a thread of this process, in real time, for a host beside it.
+//! A virtual board in a thread of this process, in real time, for a host beside it: the shipped image in the emulator, or
+//! the MSP430F5529's machine by itself, which takes a fraction of a core's time.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use desk::board::NativeBoard;
 use lang::axis::Axis;
-use lang::profile::Profile;
+use lang::profile::{Profile, Wiring};
 use lang::record::BoardRecord;
 
 use super::Build;
+use super::hardware::Hardware;
 use super::rig::Rig;
 use super::serve::{ServeError, Server, Speed};
 use crate::client::Client;
@@ -47,6 +50,13 @@ pub struct Seen {
     pub outputs: u16,
 }
 
+/// The board's end of what connects it with its host.
+struct Own<'a> {
+    ready: &'a Sender<Result<(), LiveError>>,
+    todo: &'a Receiver<Order>,
+    shown: &'a Mutex<Seen>,
+}
+
 /// A board that runs until this is dropped.
 pub struct Live {
     orders: Mutex<Sender<Order>>,
@@ -56,7 +66,7 @@ pub struct Live {
 }
 
 impl Live {
-    /// Powers a board of a build up, with the machine of `profile` and a world around it.
+    /// Powers an emulated board of a build up, with the machine of `profile` and a world around it.
     ///
     /// # Errors
     /// The firmware or the world is wrong.
@@ -65,6 +75,31 @@ impl Live {
         profile: &Profile,
         world: &World,
     ) -> Result<Live, LiveError> {
+        Live::of(profile, world, move |profile, world, own| {
+            serve(emulated(build, profile, world), own);
+        })
+    }
+
+    /// The same without an emulator where the part's machine is a library, else emulated.
+    ///
+    /// # Errors
+    /// The firmware or the world is wrong.
+    pub fn light(
+        build: &'static Build,
+        profile: &Profile,
+        world: &World,
+    ) -> Result<Live, LiveError> {
+        if !build.part.look_ahead {
+            return Live::start(build, profile, world);
+        }
+        Live::of(profile, world, |profile, world, own| serve(native(profile, world), own))
+    }
+
+    fn of(
+        profile: &Profile,
+        world: &World,
+        serve: impl FnOnce(&Profile, &World, Own<'_>) + Send + 'static,
+    ) -> Result<Live, LiveError> {
         let (orders, todo) = mpsc::channel();
         let (ready, started) = mpsc::channel();
         let seen = Arc::new(Mutex::new(Seen::default()));
@@ -72,14 +107,7 @@ impl Live {
         let (machine, world) = (profile.clone(), world.clone());
         let (shown, over) = (seen.clone(), ended.clone());
         std::thread::spawn(move || {
-            match power_up(build, &machine, &world) {
-                Ok(mut rig) => {
-                    let _ = ready.send(Ok(()));
-                    // What the world's script does wrong later ends the board: the host loses it.
-                    let _ = live(&mut rig, &todo, &shown);
-                }
-                Err(error) => drop(ready.send(Err(error))),
-            }
+            serve(&machine, &world, Own { ready: &ready, todo: &todo, shown: &shown });
             over.store(true, Ordering::SeqCst);
         });
         match started.recv() {
@@ -146,16 +174,41 @@ pub enum LiveError {
     World(WorldError),
 }
 
-fn power_up(build: &Build, profile: &Profile, world: &World) -> Result<Rig, LiveError> {
+fn emulated(build: &Build, profile: &Profile, world: &World) -> Result<Rig, LiveError> {
     let firmware = build.image().map_err(|error| LiveError::Firmware(error.to_string()))?;
-    let mut rig = Rig::new(build, &firmware, profile, world, &Registers::default())
-        .map_err(LiveError::World)?;
-    rig.begin();
-    rig.run_until(rig.ticks(BOOT_US)).map_err(LiveError::World)?;
-    Ok(rig)
+    Rig::new(build, &firmware, profile, world, &Registers::default()).map_err(LiveError::World)
 }
 
-fn live(rig: &mut Rig, todo: &Receiver<Order>, shown: &Mutex<Seen>) -> Result<(), ServeError> {
+fn native(profile: &Profile, world: &World) -> Result<Rig<NativeBoard>, LiveError> {
+    let board = NativeBoard::new(match profile.wiring {
+        Wiring::Direct => emulator::Wiring::Direct,
+        Wiring::Chain => emulator::Wiring::Chain,
+    });
+    Rig::around(board, profile, world, &Registers::default()).map_err(LiveError::World)
+}
+
+/// Powers a board up, tells whether it came, and serves it until its host goes.
+fn serve<B: Hardware>(rig: Result<Rig<B>, LiveError>, own: Own<'_>) {
+    let booted = rig.and_then(|mut rig| {
+        rig.begin();
+        rig.run_until(rig.ticks(BOOT_US)).map_err(LiveError::World)?;
+        Ok(rig)
+    });
+    match booted {
+        Ok(mut rig) => {
+            let _ = own.ready.send(Ok(()));
+            // What the world's script does wrong later ends the board: the host loses it.
+            let _ = live(&mut rig, own.todo, own.shown);
+        }
+        Err(error) => drop(own.ready.send(Err(error))),
+    }
+}
+
+fn live<B: Hardware>(
+    rig: &mut Rig<B>,
+    todo: &Receiver<Order>,
+    shown: &Mutex<Seen>,
+) -> Result<(), ServeError> {
     Server::default().run(rig, Speed::Times(1.0), &mut |server, rig| {
         let seen = Seen { motors: rig.motors(), outputs: rig.plant().outputs() };
         *shown.lock().unwrap_or_else(PoisonError::into_inner) = seen;
@@ -170,7 +223,7 @@ fn live(rig: &mut Rig, todo: &Receiver<Order>, shown: &Mutex<Seen>) -> Result<()
     })
 }
 
-fn act(rig: &mut Rig, touch: Touch) {
+fn act<B: Hardware>(rig: &mut Rig<B>, touch: Touch) {
     match touch {
         Touch::Input(n, on) => rig.board().plant_mut().set_input(n, on),
         Touch::Button(Button::Start, down) => rig.board().plant_mut().press_start(down),

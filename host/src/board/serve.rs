@@ -1,15 +1,16 @@
-//! A virtual board that stays up: the emulated board in real time behind a pseudo-terminal, a TCP
-//! port, or both.
+//! A virtual board that stays up, in real time behind a pseudo-terminal, a TCP port, or both.
 
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use emulator::Board;
 use lang::profile::Profile;
 
 use super::Build;
 use super::clients::Clients;
+use super::hardware::Hardware;
 use super::rig::{HostAction, Rig};
 use super::switches::Switches;
 use crate::output;
@@ -17,6 +18,8 @@ use crate::sim::world::WorldError;
 
 /// Longest stretch of simulated time between two looks at the connections.
 const SLICE_US: u64 = 1_000;
+/// The same while nobody asks and one who does is heard at once.
+const QUIET_US: u64 = 5_000;
 /// The host's end of the line follows the chip's rate this often.
 const FOLLOW_US: u64 = 50_000;
 
@@ -29,15 +32,20 @@ pub enum Speed {
     Max,
 }
 
-/// A board's connections and the file of its flash.
-#[derive(Default)]
-pub struct Server {
+/// What is done after each slice, before the board's replies go out.
+type After<B> = Box<dyn FnMut(&mut Rig<B>) -> Result<(), ServeError>>;
+
+/// A board's connections, and what goes on beside it.
+pub struct Server<B: Hardware = Board> {
     /// Who asks it.
     pub clients: Clients,
-    flash_file: Option<PathBuf>,
-    /// The switches of a board without a world, and the machine that they belong to.
-    switches: Option<(Switches, Profile)>,
-    saved_operations: u64,
+    after: Vec<After<B>>,
+}
+
+impl<B: Hardware> Default for Server<B> {
+    fn default() -> Server<B> {
+        Server { clients: Clients::default(), after: Vec::new() }
+    }
 }
 
 impl Server {
@@ -51,25 +59,39 @@ impl Server {
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             Err(error) => return Err(error),
         }
-        self.flash_file = Some(file.to_owned());
-        self.saved_operations = rig.board().wear().operations;
+        let (file, mut saved) = (file.to_owned(), rig.board().wear().operations);
+        // What a reply says is done outlives the process.
+        self.after.push(Box::new(move |rig| {
+            let operations = rig.board().wear().operations;
+            if std::mem::replace(&mut saved, operations) == operations {
+                return Ok(());
+            }
+            output::replace(&file, &rig.board().flash_contents())
+                .map_err(|error| ServeError::Flash(file.clone(), error))
+        }));
         Ok(())
     }
 
     /// Puts the reference switches of a board that was given no world as they are needed.
     pub fn place_switches(&mut self, build: &Build, profile: &Profile) {
-        self.switches = Some((Switches::new(build), profile.clone()));
+        let (mut switches, profile) = (Switches::new(build), profile.clone());
+        self.after.push(Box::new(move |rig| {
+            switches.look(rig, &profile);
+            Ok(())
+        }));
     }
+}
 
+impl<B: Hardware> Server<B> {
     /// Runs the board until `ended` says so, which may act on board and connections between two slices.
     ///
     /// # Errors
     /// The world fails or a file cannot be written; a client that goes is no error.
     pub fn run(
         &mut self,
-        rig: &mut Rig,
+        rig: &mut Rig<B>,
         speed: Speed,
-        ended: &mut dyn FnMut(&mut Server, &mut Rig) -> bool,
+        ended: &mut dyn FnMut(&mut Server<B>, &mut Rig<B>) -> bool,
     ) -> Result<(), ServeError> {
         let began = Instant::now();
         let first = rig.now();
@@ -77,12 +99,13 @@ impl Server {
         let mut behind = false;
         while !ended(self, rig) {
             // Who is behind the board's time does not rest.
-            let wait = if behind { Duration::ZERO } else { Duration::from_millis(1) };
+            let slice_us = if self.clients.rest() { QUIET_US } else { SLICE_US };
+            let wait = if behind { Duration::ZERO } else { Duration::from_micros(slice_us) };
             self.clients.read(wait);
             if let Some(bytes) = self.clients.next(rig.whole_us(rig.now())) {
                 rig.board().uart_send(&bytes);
             }
-            let slice = rig.now() + rig.ticks(SLICE_US);
+            let slice = rig.now() + rig.ticks(slice_us);
             let target = match speed {
                 Speed::Max => slice,
                 Speed::Times(times) => {
@@ -93,11 +116,7 @@ impl Server {
             // A host that fell behind catches up slice by slice, so that replies do not wait.
             rig.run_until(target.min(slice).max(rig.now()))?;
             behind = speed == Speed::Max || target > slice;
-            if let Some((switches, profile)) = &mut self.switches {
-                switches.look(rig, profile);
-            }
-            // What a reply says is done outlives the process.
-            self.save_flash(rig)?;
+            self.after.iter_mut().try_for_each(|after| after(rig))?;
             let heard = rig.board().uart_take();
             let heard = heard.into_iter().map(|(at, byte)| (rig.whole_us(at), byte));
             self.clients.heard(&heard.collect::<Vec<_>>());
@@ -110,23 +129,12 @@ impl Server {
                 press(rig, action);
             }
         }
-        self.save_flash(rig)
-    }
-
-    fn save_flash(&mut self, rig: &mut Rig) -> Result<(), ServeError> {
-        let Some(file) = &self.flash_file else { return Ok(()) };
-        let operations = rig.board().wear().operations;
-        if operations == self.saved_operations {
-            return Ok(());
-        }
-        self.saved_operations = operations;
-        output::replace(file, &rig.board().flash_contents())
-            .map_err(|error| ServeError::Flash(file.clone(), error))
+        self.after.iter_mut().try_for_each(|after| after(rig))
     }
 }
 
 /// What a scenario does through the host has no host here; the emergency stop is the RST pin.
-fn press(rig: &mut Rig, action: HostAction) {
+fn press<B: Hardware>(rig: &mut Rig<B>, action: HostAction) {
     if action == HostAction::EmergencyStop {
         rig.board().reset_pin();
     }

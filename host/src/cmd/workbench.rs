@@ -70,7 +70,7 @@ impl Workbench {
         let (open, live, board): (Open, _, _) = match &self.port {
             Some(port) => (real(port.clone(), address.clone()), None, port.clone()),
             None => {
-                let live = Live::start(part, &machine, &world).map_err(|error| match error {
+                let live = Live::light(part, &machine, &world).map_err(|error| match error {
                     LiveError::World(error) => world::wrong(&error, console),
                     LiveError::Firmware(words) => Failure::Board(format!("firmware: {words}")),
                 })?;

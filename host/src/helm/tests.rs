@@ -27,7 +27,7 @@ fn stand() -> (Arc<Live>, Helm) {
 }
 
 fn stand_of(machine: &Profile) -> (Arc<Live>, Helm) {
-    let live = Live::start(&F5529, machine, &World::empty()).expect("a board");
+    let live = Live::light(&F5529, machine, &World::empty()).expect("a board");
     let live = Arc::new(live);
     let own = live.clone();
     let helm = Helm::start(Box::new(move || own.connect()));

@@ -26,7 +26,7 @@ const SHARE: Duration = Duration::from_millis(40);
 
 fn bench() -> (Arc<Live>, Arc<Bench>) {
     let mill = Profile::built_in("mill").expect("built in");
-    let live = Arc::new(Live::start(&F5529, &mill, &World::empty()).expect("a board"));
+    let live = Arc::new(Live::light(&F5529, &mill, &World::empty()).expect("a board"));
     let own = live.clone();
     let helm = Helm::start(Box::new(move || own.connect()));
     let setting = Setting {
