@@ -25,7 +25,7 @@ fn programs_of_the_reference_run_alike_on_both_engines() {
     for text in programs {
         let world = WORLDS.iter().find(|(line, ..)| text.contains(line));
         let prints = world.map(|(.., prints)| *prints);
-        let world = world.map_or_else(World::empty, |(_, world, _)| {
+        let world = world.map_or_else(World::unattended, |(_, world, _)| {
             with_world += 1;
             World::parse("README.md", world).expect("a world")
         });

@@ -102,7 +102,7 @@ fn the_world_sees_the_first_statements_and_what_it_set_is_there() {
     alike(&[&F5529], fails, "");
     // A stop takes effect where a segment of 8 ms ends: not at a time within 2 ms of such an end, which
     // the board's planning decides.
-    alike(&[&F5529], "MoveSpeed X, 10mm/s\nWait 97ms\nStopAll", "");
+    alike(&[&F5529], "MoveSpeed X, 10mm/s\nWait 99ms\nStopAll", "");
 }
 
 #[test]

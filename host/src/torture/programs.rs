@@ -177,7 +177,7 @@ pub fn reference(part: Part, made: &Made) -> Option<Run> {
                 *ms = if *ms == 50 { 40 } else { *ms };
             }
         }
-        trace_difference(&first.trace, &other.trace, 0).is_none()
+        trace_difference(&first.trace, &other.trace, margin(&first)).is_none()
     };
     for statement_us in [1_000, LINE_US] {
         if !run(made, statement_us).is_some_and(&same)

@@ -79,11 +79,11 @@ G83 X3 Z[250st] R[700st] Q4
 CONST CLEAR = 5mm
 CONST DEPTH = 3mm
 F300
-G0 Z20
+G0 Z19
 G99 G81 X0 Y0 R[CLEAR] Z[-DEPTH]
 X10
 G80
-'@ rapid 0 0 2000
+'@ rapid 0 0 1900
 '@ rapid 0 0 500
 '@ line 0 0 -300
 '@ rapid 0 0 500
