@@ -53,7 +53,11 @@ fn a_rest_at_5780_steps_a_second_is_allowed_where_5779_and_a_fraction_is_the_mos
         told += u32::from(16e6 / (times[1] - times[0]) as f64 > 5_779.5);
         // Two ticks less are too few.
         let fast = steps(16e6 / (16e6 / bound - 2.0), f64::from(phase) / 100.0);
-        assert_eq!(check(&fast, &limits).map_err(|found| found.what), Err(What::Start), "phase {phase}");
+        assert_eq!(
+            check(&fast, &limits).map_err(|found| found.what),
+            Err(What::Start),
+            "phase {phase}"
+        );
     }
     assert!(told > 0, "no instant was rounded to a rate above the bound");
 }

@@ -19,7 +19,12 @@ impl DriverLimits {
     #[must_use]
     pub fn usual(ticks_per_second: u64) -> DriverLimits {
         let ticks = |ns: u64| (ns * ticks_per_second).div_ceil(1_000_000_000);
-        DriverLimits { pulse: ticks(1_900), low: ticks(1_900), setup: ticks(650), hold: ticks(1_000) }
+        DriverLimits {
+            pulse: ticks(1_900),
+            low: ticks(1_900),
+            setup: ticks(650),
+            hold: ticks(1_000),
+        }
     }
 }
 
