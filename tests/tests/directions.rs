@@ -107,7 +107,7 @@ fn dir_changes_neither_in_a_pulse_nor_in_the_hold_time_behind_it() {
     for build in [&F5529, &G2553] {
         for (script, least) in [
             // Courses of lines, X turning at each corner at speed.
-            (zigzag.as_str(), 38),
+            (zigzag.as_str(), 35),
             (lines, 50),
             (singles, 30),
         ] {
@@ -117,7 +117,7 @@ fn dir_changes_neither_in_a_pulse_nor_in_the_hold_time_behind_it() {
     }
     for script in [
         "G0 X0 Y0\nG2 X2 Y0 I1 J0 F1200\nG3 X0 Y0 I-1 J0\n",
-        "DIM i\nFOR i = 1 TO 8\nSTART X, 1mm\nWaitMove X\nSTART X, 0mm\nWaitMove X\nNEXT\n",
+        "DIM i\nFOR i = 1 TO 8\nSTART MoveAxe X, 1mm\nWaitMove X\nSTART MoveAxe X, 0mm\nWaitMove X\nNEXT\n",
     ] {
         assert!(turns(&F5529, script) > 0, "{script}");
     }
