@@ -58,7 +58,8 @@ macro_rules! ram {
             $($(#[doc = $about])* $mark: [u8; 0], $(#[doc = $doc] $name: [u8; $size],)*)*
         }
 
-        // The same rows for the assembler, without an item for each: see `constants`.
+        // The same rows for the assembler, without an item for each: see `constants`. What the part has not has no symbol: it
+        // would be that of what follows.
         core::arch::global_asm!(
             ".set LINES, {lines}",
             ".set COURSES, {courses}",
@@ -70,8 +71,8 @@ macro_rules! ram {
             $(
                 concat!(".set ram.", $module, ", HERE"),
                 $(concat!(
-                    ".set ", stringify!($name), ", HERE\n.global ", stringify!($name),
-                    "\n.set HERE, HERE + ", stringify!($size)
+                    ".if ", stringify!($size), "\n.set ", stringify!($name), ", HERE\n.global ", stringify!($name),
+                    "\n.endif\n.set HERE, HERE + ", stringify!($size)
                 ),)*
             )*
             ".if HERE != {end}",

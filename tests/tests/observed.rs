@@ -5,7 +5,7 @@ use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use pasapas::board::engine::{self, BoardError, BoardRun};
-use pasapas::board::{Build, F5529, G2553};
+use pasapas::board::{BUILDS, Build, F5529, G2553};
 use pasapas::sim::record::StopReason;
 use pasapas::sim::trace::{Event, What, to_text};
 use pasapas::sim::world::World;
@@ -167,6 +167,16 @@ fn positions_are_told_alike() {
                   PRINT n; \" \"; POS(X); \" \"; POSST(X)\nSetPos X, 0mm\nPRINT POS(X)\n\
                   G91 G81 X1 Z-0.333 R0.017 F300\nG80\nPRINT POS(Z); \" \"; POSST(Z)";
     alike(&BOTH, script, "switch_at(\"Z\", 100000); switch_at(\"X\", -100000);");
+}
+
+/// What an image keeps of joined lines is looked at in images that have them alone: elsewhere other bytes lie there.
+#[test]
+fn a_probe_behind_a_line_tells_of_no_line() {
+    let probes = "HOME\nG1 Z-2 F1200\nProbe? Z, -4mm, 4mm/s\nG1 X1\nProbe? X, 2mm, 4mm/s\nPulse 1, 5ms\nG0 X0\nHOME X\n";
+    for events in alike(&BUILDS, probes, "") {
+        let moves = events.iter().filter(|event| matches!(event.what, What::Move { .. })).count();
+        assert_eq!(moves, 3);
+    }
 }
 
 #[test]

@@ -12,8 +12,8 @@
    Cycles from entry to RETI: three axes stepping 164, two 153, one 142; at a segment change 16
    more, while an input is watched 16 more. 6 bytes of stack, 8 as it comes to rest.
 
-   Where a line of a course begins, whose segment MASK's top bit marks, increments, counts and directions
-   change at once, by what the planner has left in NEXT_: 105 cycles more. */
+   Where a line of a course begins, whose segment MASK's top bit marks, the pins fall, and then increments, counts and
+   directions change at once, by what the planner has left in NEXT_: 130 cycles more. */
     /* the engine looks at a slot's other fields once EVENTS is not 0 */
     .set OTHER_SLOT, SLOT1-SLOT0
 
@@ -121,7 +121,8 @@ step_switch:
     jnc 2f
     tst SLOT0+MASK(r15)
     jge step_schedule
-    /* the next line of a course begins, at speed */
+    /* the next line of a course begins, at speed: the pins fall before directions change */
+    call #step_rest
     mov #16, r15
 1:  xor NEXT_COUNT(r15), COUNT(r15)
     decd r15

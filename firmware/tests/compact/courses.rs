@@ -46,8 +46,9 @@ fn in_a_loop(mill: &Mill, times: u32) -> (Mover, Vec<Line>) {
     (Mover::new(mill, &image(mill, &text, each(&lines))), lines)
 }
 
-/// The run ended so, and nothing was lost.
+/// The run ended so, and nothing was lost; no pulse was short, and DIR never changed while STEP was high or had just fallen.
 fn ended(mover: &Mover, end: End, fault: Option<Fault>) {
+    assert_eq!(mover.board.plant().violations(), []);
     assert_eq!(mover.byte("LAST_END"), end as u8, "fault {}", mover.byte("VM_FAULT"));
     assert_eq!(mover.byte("VM_FAULT"), fault.map_or(0, Fault::number));
     let motors = mover.motors();

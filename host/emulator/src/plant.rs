@@ -414,21 +414,22 @@ impl Plant {
     fn axes(&mut self, now: u64, levels: u64, changed: u64) {
         let mut left = false;
         for axis in 0..3 {
+            let (violations, count) = (&mut self.violations, &mut self.violation_count);
+            let mut report = |kind, ticks| {
+                *count += 1;
+                if violations.len() < KEPT {
+                    violations.push(Violation { cycle: now, axis, kind, ticks });
+                }
+            };
             let motor = &mut self.motors[axis];
             if high(changed, self.board.dir[axis]) {
-                motor.dir(high(levels, self.board.dir[axis]), now);
+                motor.dir(high(levels, self.board.dir[axis]), now, self.limits, &mut report);
             }
             if !high(changed, self.board.step[axis]) {
                 continue;
             }
-            let (violations, count) = (&mut self.violations, &mut self.violation_count);
-            let moved =
-                motor.step(high(levels, self.board.step[axis]), now, self.limits, |kind, ticks| {
-                    *count += 1;
-                    if violations.len() < KEPT {
-                        violations.push(Violation { cycle: now, axis, kind, ticks });
-                    }
-                });
+            let level = high(levels, self.board.step[axis]);
+            let moved = motor.step(level, now, self.limits, report);
             left |= moved && self.around.leaves(axis, motor.position);
         }
         if left {

@@ -116,6 +116,7 @@ impl Judge {
                 ViolationKind::PulseHigh => "STEP was high",
                 ViolationKind::PulseLow => "STEP was low",
                 ViolationKind::DirSetup => "DIR had stood",
+                ViolationKind::DirHold => "DIR changed when STEP had been low",
             };
             let us = first.ticks as f64 * 1e6 / plant.ticks_per_second() as f64;
             return Err(format!(

@@ -387,7 +387,7 @@ impl Writer<'_> {
                 self.line(&format!("{name} = {name} {step}"));
             }
             8 | 9 => {
-                let value = match self.tape.pick(if self.has(feature::MATHS) { 6 } else { 4 }) {
+                let value = match self.tape.pick(6) {
                     0 => self.length(1),
                     1 => self.steps(),
                     2 => self.truth(1),

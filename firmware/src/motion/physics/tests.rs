@@ -35,6 +35,33 @@ fn a_line_on_its_ramps_is_a_move() {
     }
 }
 
+/// An instant is a whole tick, so that a first interval, rounded down, is up to one tick short: what the profile allows to the last
+/// bit is no violation, whenever in a tick it begins. Told in whole steps/s it was 5780 "against 5779 at most".
+#[test]
+fn a_rest_at_5780_steps_a_second_is_allowed_where_5779_and_a_fraction_is_the_most() {
+    let bound: f64 = 5_779.4;
+    let ramp = ((bound / 1.05).powi(2) - 5_500.0 * 5_500.0) / 3.2;
+    let limits = Limits { start: 5_500.0, top: 8_000.0, accel: ramp, decel: ramp };
+    assert!((limits.jump(ramp) - bound).abs() < 1e-6);
+    let steps = |rate: f64, phase: f64| -> Vec<u64> {
+        (0..3_u32).map(|n| (1_000.0 + phase + f64::from(n) * 16e6 / rate) as u64).collect()
+    };
+    let mut told = 0;
+    for phase in 0..100 {
+        let times = steps(bound, f64::from(phase) / 100.0);
+        assert_eq!(check(&times, &limits), Ok(()), "phase {phase}");
+        told += u32::from(16e6 / (times[1] - times[0]) as f64 > 5_779.5);
+        // Two ticks less are too few.
+        let fast = steps(16e6 / (16e6 / bound - 2.0), f64::from(phase) / 100.0);
+        assert_eq!(
+            check(&fast, &limits).map_err(|found| found.what),
+            Err(What::Start),
+            "phase {phase}"
+        );
+    }
+    assert!(told > 0, "no instant was rounded to a rate above the bound");
+}
+
 #[test]
 fn ramps_that_are_too_quick_are_found_on_any_slope() {
     for slope in [0.0, 0.03, 0.4, 1.0] {

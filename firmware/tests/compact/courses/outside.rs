@@ -29,6 +29,23 @@ fn axes_that_join_a_path_later_go_the_right_way() {
     }
 }
 
+/// X makes a step with the last event of each line, and turns round as the next one begins, faster than from rest, as Y may
+/// only start slowly: its STEP falls before its DIR changes.
+#[test]
+fn an_axis_that_turns_at_speed_keeps_its_direction_until_its_step_is_over() {
+    let mut mill = mill();
+    mill.profile.y.as_mut().expect("Y").start_rate = 1;
+    mill.axes = MachineRecord::of(&mill.profile).axes;
+    let places: Vec<_> = (1..=40).map(|n| [f64::from(n % 2), 0.05 * f64::from(n), 0.0]).collect();
+    let (mut mover, lines) = board(&mill, &places);
+    for line in &lines[..39] {
+        assert!(line.exit > 2.0 * mill.ramp(line, |axis| axis.start_rate.into()), "{line:?}");
+    }
+    mover.start();
+    mover.end(30);
+    whole(&mill, &mover, &lines);
+}
+
 /// The same mill with another role of an input.
 fn with_role(role: &str, n: u8) -> Mill {
     let text = Profile::built_in("mill").map(|_| BUILT_IN[0].1).expect("the mill");

@@ -9,14 +9,22 @@ pub struct DriverLimits {
     pub low: u64,
     /// Shortest time from a change of DIR to the rising edge of STEP.
     pub setup: u64,
+    /// Shortest time from the falling edge of STEP to a change of DIR.
+    pub hold: u64,
 }
 
 impl DriverLimits {
-    /// 1.9 us and 0.65 us: DRV8825, the slower of the usual modules.
+    /// 1.9 us and 0.65 us: DRV8825, the slower of the usual modules. Its hold time counts from STEP's rise; 1 us from the fall is
+    /// more, and what `pasapas selftest` asks of a board.
     #[must_use]
     pub fn usual(ticks_per_second: u64) -> DriverLimits {
         let ticks = |ns: u64| (ns * ticks_per_second).div_ceil(1_000_000_000);
-        DriverLimits { pulse: ticks(1_900), low: ticks(1_900), setup: ticks(650) }
+        DriverLimits {
+            pulse: ticks(1_900),
+            low: ticks(1_900),
+            setup: ticks(650),
+            hold: ticks(1_000),
+        }
     }
 }
 
@@ -35,6 +43,8 @@ pub enum ViolationKind {
     PulseLow,
     /// DIR changed too shortly before STEP rose.
     DirSetup,
+    /// DIR changed while STEP was high, or too shortly after it fell.
+    DirHold,
 }
 
 /// A broken limit.
@@ -46,7 +56,7 @@ pub struct Violation {
     pub axis: usize,
     /// Which limit.
     pub kind: ViolationKind,
-    /// Ticks that there were.
+    /// Ticks that there were; of [`ViolationKind::DirHold`] 0 while STEP was high.
     pub ticks: u64,
 }
 
@@ -69,11 +79,22 @@ pub struct Motor {
 }
 
 impl Motor {
-    /// DIR is `level` from `now` on.
-    pub fn dir(&mut self, level: bool, now: u64) {
-        if level != self.dir {
-            self.dir = level;
-            self.dir_changed = Some(now);
+    /// DIR is `level` from `now` on. A broken limit goes to `report`.
+    pub fn dir(
+        &mut self,
+        level: bool,
+        now: u64,
+        limits: DriverLimits,
+        mut report: impl FnMut(ViolationKind, u64),
+    ) {
+        if level == self.dir {
+            return;
+        }
+        self.dir = level;
+        self.dir_changed = Some(now);
+        let stood = if self.step { Some(0) } else { self.fell.map(|fell| now - fell) };
+        if let Some(ticks) = stood.filter(|ticks| *ticks < limits.hold) {
+            report(ViolationKind::DirHold, ticks);
         }
     }
 

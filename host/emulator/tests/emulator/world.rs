@@ -66,6 +66,23 @@ fn short_pulses_and_late_directions_are_violations() {
 }
 
 #[test]
+fn directions_that_change_while_step_is_high_or_has_just_fallen_are_violations() {
+    let mut b = driving();
+    b.bus_write8(P2OUT, 0x01);
+    b.run_for(50);
+    b.bus_write8(P2OUT, 0x09);
+    b.run_for(50);
+    b.bus_write8(P2OUT, 0x08);
+    b.run_for(10);
+    b.bus_write8(P2OUT, 0x00);
+    b.run_for(50);
+    b.bus_write8(P2OUT, 0x08);
+    let found: Vec<_> = b.plant().violations().iter().map(|v| (v.kind, v.ticks < 16)).collect();
+    assert_eq!(found, [(ViolationKind::DirHold, true); 2]);
+    assert_eq!(b.plant().violations()[0].ticks, 0, "STEP was high");
+}
+
+#[test]
 fn switches_close_at_their_place_and_beyond() {
     let config = Config { wiring: Wiring::Direct, ..Config::default() };
     let mut b = board_with(&config, &IDLE);

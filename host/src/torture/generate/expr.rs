@@ -28,8 +28,7 @@ impl Writer<'_> {
             return self.simple_number();
         }
         let d = depth - 1;
-        // What only some parts have is drawn for these alone: the programs of the others stay as they were.
-        match self.tape.pick(if self.has(feature::MATHS) { 19 } else { 18 }) {
+        match self.tape.pick(19) {
             0..=2 => self.simple_number(),
             3..=6 => {
                 let (a, b) = (self.number(d), self.simple_number());
