@@ -38,6 +38,9 @@ impl Names for Placer {
     fn has_analog(&self) -> bool {
         true
     }
+    fn has(&self, port: Port, n: u32) -> bool {
+        port != Port::Counter && (port != Port::Analog || n < 5)
+    }
     fn axes(&self) -> &str {
         "XYZ"
     }
@@ -67,6 +70,9 @@ impl Names for Small {
     }
     fn has_analog(&self) -> bool {
         false
+    }
+    fn has(&self, port: Port, n: u32) -> bool {
+        port != Port::Counter && (port != Port::Analog || n < 5)
     }
     fn axes(&self) -> &str {
         "XYZ"

@@ -30,6 +30,9 @@ impl Names for Plain {
     fn has_analog(&self) -> bool {
         true
     }
+    fn has(&self, port: Port, _: u32) -> bool {
+        port != Port::Counter
+    }
     fn axes(&self) -> &str {
         "XYZ"
     }
