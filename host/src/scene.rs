@@ -13,6 +13,8 @@ pub mod live;
 pub mod picture;
 #[cfg(feature = "desktop")]
 pub mod proof;
+#[cfg(feature = "desktop")]
+pub mod replay;
 pub mod report;
 
 use std::path::{Path, PathBuf};

@@ -233,4 +233,5 @@ mod beside;
 mod broken;
 mod examples;
 mod generated;
+mod played;
 mod proofs;

@@ -86,6 +86,7 @@ pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
             tell(fault, format!("fault \"{fault}\" strikes nobody yet"));
         }
         if let Vary::Number { key, .. } = vary
+            && super::strikes::changes(scene, key)
             && crate::vary::values(scene, key).is_empty()
         {
             tell(key, format!("`vary` of \"{key}\" has no effect yet: every run has the same"));
