@@ -30,7 +30,7 @@ const TIMED_OUT_US: u64 = 1_000_000;
 /// Between two outputs that follow one another in the trace, a pulse, us.
 const PULSE_US: u64 = 100_000;
 /// Beyond the place at which a board's probe answered the cell's may still do so, mm.
-const PROBE_MM: f64 = 0.5;
+const PROBE_MM: f64 = 0.2;
 /// Calls of a cell within one microsecond: no cell settles so slowly.
 const MOST_CALLS: usize = 1_000;
 
