@@ -1,7 +1,7 @@
 ' Parts from a tape: the next pocket comes while the head is away. A pocket without a part is passed over, three at most.
 OUTPUT pump = 3, advance = 5
 INPUT held = 3
-CONST PICK = -22.5mm, PLACE = -12mm
+CONST LOW = -22.5mm, PLACE = -12mm
 DIM n, tries, got
 
 Home
@@ -27,7 +27,7 @@ END
 
 SUB pick
   G0 X20 Y30
-  MoveAxe Z, PICK, 40mm/s
+  MoveAxe Z, LOW, 40mm/s
   SetOut pump, ON
   WaitIn? held, ON, 400ms
   IF TIMEDOUT THEN

@@ -177,9 +177,7 @@ fn each_message_names_thing_place_and_remedy() {
         ),
         (
             "[[conveyor]]\nname = \"b\"\nat = [0, 0, 0]\nsize = [9, 9, 9]\ncounter = \"c\"\nmm_s = 1\n",
-            &[
-                "c:6:11: error[C006]: counter \"c\": the profile \"placer\" has no named counters; or a number",
-            ],
+            &["c:6:11: error[C014]: no part has counters yet"],
         ),
         (
             "[[tool]]\nkind = \"pen\"\nflow_mg_s = 1\noutput = 0\n",
@@ -268,7 +266,7 @@ fn included_files_add_their_things() {
         said_on(&Placer, &include("wrong")),
         [
             "wrong.cell.toml:2:9: warning[C016]: `table` of an included file has no effect /  hint: write it into the file that includes this one",
-            "wrong.cell.toml:4:31: error[C004]: `size` of [part] has 0; each must be above 0",
+            "wrong.cell.toml:4:32: error[C004]: `size` of [part] has 0; each must be above 0",
         ]
     );
     let old = said_on(&Placer, &include("old"));
@@ -301,7 +299,7 @@ fn included_files_add_their_things() {
 fn counters_and_analog_inputs_that_are_not_there_are_refused() {
     let belt = "conveyor = [{ name = \"belt\", at = [0, 0, 0], size = [90, 9, 9], mm_s = 5, counter = 1, counts_mm = 10 }]\n";
     let said_of = said(belt);
-    assert!(said_of[0].starts_with("c:2:81: error[C014]: no part has counters yet"), "{said_of:?}");
+    assert!(said_of[0].starts_with("c:2:85: error[C014]: no part has counters yet"), "{said_of:?}");
     let eye = "sensor = [{ name = \"eye\", kind = \"distance\", from = [0, 0, 0], to = [9, 0, 0], analog = 7 }]\n";
     let said_of = said(eye);
     assert!(

@@ -27,6 +27,8 @@ const PACE: f64 = 0.5;
 const PATIENCE_US: u64 = 60_000_000;
 /// A wait that timed out is taken to have been so long, us: the trace does not say.
 const TIMED_OUT_US: u64 = 1_000_000;
+/// An input comes to a script after its filter, us.
+const FILTER_US: u64 = 5_000;
 /// Between two outputs that follow one another in the trace, a pulse, us.
 const PULSE_US: u64 = 100_000;
 /// Beyond the place at which a board's probe answered the cell's may still do so, mm.
@@ -251,8 +253,12 @@ impl Player<'_> {
         if self.is_on(n) != v {
             self.play(&Rest(self.at), until, &|player| player.is_on(n) == v);
         }
+        let came = self.is_on(n) == v;
+        if ok {
+            self.wait(FILTER_US);
+        }
         let state = if v { "on" } else { "off" };
-        match (ok, self.is_on(n) == v) {
+        match (ok, came) {
             (true, false) => self.differ(
                 number,
                 line,

@@ -71,7 +71,9 @@ after_out(3, false, 100, || {
 after_out(3, true, 50, || {
     picks += 1;
     if picks == 3 { put("tray.2"); }
-    if picks == 4 { force_in(3, false); after(600, || free_in(3)); }
+});
+after_out(3, false, 200, || {
+    if picks == 3 { force_in(3, false); after(3000, || free_in(3)); }
 });
 "#;
 
@@ -105,7 +107,7 @@ fn a_world_asks_and_moves_the_things_of_its_cell() {
 /// A world that names what is not there is told so, with the nearest name.
 #[test]
 fn a_world_that_names_nothing_is_told() {
-    let program = program("Wait 10ms\n");
+    let program = program("OUTPUT pump = 3\nINPUT held = 3\nWait 10ms\n");
     let told = |text: &str, cell_text: Option<&str>| {
         let world = World::parse("job.rhai", text).unwrap();
         let world = world.with_scene(cell_text.map(|text| cell(text, &program)));

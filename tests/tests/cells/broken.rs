@@ -129,7 +129,7 @@ const MISTAKES: &[Mistake] = &[
         "a race with the switch: asked before it can answer",
         ["WaitIn held, ON, 400ms\n", "Wait 20ms\nIF NOT IN(held) THEN END\n"],
         SAME,
-        "prints         \"placed\"",
+        "0 times",
     ),
     (
         "a retry that never ends",
