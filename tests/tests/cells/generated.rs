@@ -2,7 +2,7 @@
 //!
 //! CI takes few; `CELL_SCENES=1000 cargo test -p tests --test cells generated` takes a thousand.
 
-use pasapas::scene;
+use pasapas::scene::{self, Report};
 use pasapas::sim::trace::to_text;
 use pasapas::sim::world::World;
 use pasapas::sim::{Engine, Options, Rules, run_traced};
@@ -16,6 +16,15 @@ use super::{board, native, program, report, words};
 struct Made {
     script: String,
     cell: String,
+}
+
+/// What happened, without lengths: what is taken on the way hangs a step higher where a statement takes longer.
+fn bare(report: &Report) -> Vec<String> {
+    let own = |word: String| {
+        let end = [",\"mm\":", ",\"pos\":"].iter().filter_map(|key| word.find(key)).min();
+        word[..end.unwrap_or(word.len())].to_owned()
+    };
+    words(report).into_iter().map(own).collect()
 }
 
 fn made() -> impl Strategy<Value = Made> {
@@ -63,7 +72,8 @@ fn made() -> impl Strategy<Value = Made> {
 fn generated_scenes_are_the_same_on_every_engine() {
     let cases = std::env::var("CELL_SCENES").ok().and_then(|text| text.parse().ok()).unwrap_or(12);
     let boards = std::cell::Cell::new(0);
-    let mut runner = TestRunner::new(Config { cases, ..Config::default() });
+    let mut runner =
+        TestRunner::new(Config { cases, failure_persistence: None, ..Config::default() });
     let same = |made: Made| {
         let program = program(&made.script);
         let folder = tempfile::tempdir().unwrap();
@@ -81,8 +91,8 @@ fn generated_scenes_are_the_same_on_every_engine() {
             let own = outcome.cell.expect("the run had a cell");
             prop_assert_eq!(to_text(&events), trace.clone(), "{:?}\n{}", engine, made.script);
             prop_assert_eq!(
-                words(&own),
-                words(&machine),
+                bare(&own),
+                bare(&machine),
                 "{:?}\n{}\n{}",
                 engine,
                 made.script,
@@ -95,8 +105,8 @@ fn generated_scenes_are_the_same_on_every_engine() {
             let (run, events) = board(&program, &world);
             prop_assert_eq!(to_text(&events), trace, "board\n{}", made.script);
             prop_assert_eq!(
-                words(&report(run)),
-                words(&machine),
+                bare(&report(run)),
+                bare(&machine),
                 "board\n{}\n{}",
                 made.script,
                 made.cell

@@ -50,8 +50,6 @@ fn where_board_and_cell_disagree_is_told() {
         played.differences
     );
     // Z was lifted too little before the way over the wall.
-    let low =
-        text.replacen("{\"X\":2000,\"Y\":3000,\"Z\":0}", "{\"X\":2000,\"Y\":3000,\"Z\":-2250}", 1);
     let lowered = |text: &str, from: &str| {
         let low = text.replacen(from, &from.replace("\"Z\":0", "\"Z\":-1400"), 1);
         assert_ne!(low, text, "{from}");
