@@ -15,7 +15,6 @@ mod tool;
 mod voltage;
 
 pub use self::belt::sight;
-pub use self::voltage::MOST_MV;
 
 use super::law::{Law, Steps};
 use super::log::{Event, What};

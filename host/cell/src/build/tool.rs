@@ -1,7 +1,7 @@
 //! Tools of a cell file.
 
 use super::{Builder, us};
-use crate::kernel::MOST_MV;
+use crate::pressure::MOST_MV;
 use crate::problem::Problem;
 use crate::scene::{Block, Gripper, Tool, ToolKind, Vacuum};
 use crate::value::Entry;

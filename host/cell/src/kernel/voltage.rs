@@ -3,23 +3,12 @@
 
 use super::Cell;
 use crate::law::Steps;
-use crate::scene::{Block, Eye, Sensor, ToolKind, V3, Vacuum};
+use crate::pressure::MOST_MV;
+use crate::scene::{Block, Eye, Sensor, ToolKind, V3};
 use crate::things::Where;
 
 /// Between two looks at a voltage that changes, us.
 const LOOK_US: u64 = 1_000;
-/// Highest voltage at a pin, mV: what lies above the supply is cut off by the pin.
-pub const MOST_MV: f64 = 3_300.0;
-
-impl Vacuum {
-    /// Voltage of the pressure sensor at a pressure in kPa, V.
-    #[must_use]
-    pub fn volts_at(&self, kpa: f64) -> f64 {
-        let share = (kpa - self.kpa[0]) / (self.kpa[1] - self.kpa[0]);
-        self.volts[0] + share * (self.volts[1] - self.volts[0])
-    }
-}
-
 fn millivolts(volts: f64) -> u16 {
     (volts * 1000.0).round().clamp(0.0, MOST_MV) as u16
 }
