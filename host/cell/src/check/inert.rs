@@ -18,16 +18,12 @@ pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
     for tool in &scene.tools {
         let name = &tool.name;
         match &tool.kind {
-            ToolKind::Vacuum(vacuum) => {
-                if vacuum.hold_n.is_some() {
-                    tell(
-                        name,
-                        format!(
-                            "`hold_n` of tool \"{name}\" has no effect yet: no part is lost by acceleration"
-                        ),
-                    );
-                }
-            }
+            ToolKind::Vacuum(vacuum) if vacuum.hold_n.is_some() => tell(
+                name,
+                format!(
+                    "`hold_n` of tool \"{name}\" has no effect yet: no part is lost by acceleration"
+                ),
+            ),
             ToolKind::Drill { flute, plunge_mm_s, .. } => {
                 if flute.is_some() {
                     tell(name, format!("`flute` of tool \"{name}\" has no effect yet"));
