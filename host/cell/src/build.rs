@@ -11,15 +11,13 @@ use super::read::{Names, tables};
 use super::scene::{
     Block, Expect, Feeder, Fixture, Form, Part, Place, Scene, Spread, Stock, V3, Vary,
 };
+pub use super::source::Files;
 use super::source::Sources;
 use super::value::Entry;
 use std::ops::Range;
 
 /// Version of the format that this program reads.
 pub const VERSION: f64 = 1.0;
-
-/// Reads files that a cell names, by their name as the cell writes it.
-pub type Files<'a> = &'a dyn Fn(&str) -> Result<String, String>;
 
 /// Reads a cell file.
 ///

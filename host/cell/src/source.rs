@@ -5,8 +5,10 @@ use std::sync::Arc;
 
 use toml::de::{DeTable, DeValue};
 
-use super::build::Files;
 use super::problem::Problem;
+
+/// Reads files that a cell names, by their name as the cell writes it.
+pub type Files<'a> = &'a dyn Fn(&str) -> Result<String, String>;
 
 /// Files that a cell may be made of.
 const MOST_FILES: usize = 64;

@@ -81,12 +81,6 @@ pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
         {
             tell(fault, format!("fault \"{fault}\" strikes nobody yet"));
         }
-        if let Vary::Number { key, .. } = vary
-            && super::strikes::changes(scene, key)
-            && crate::vary::values(scene, key).is_empty()
-        {
-            tell(key, format!("`vary` of \"{key}\" has no effect yet: every run has the same"));
-        }
     }
     if !scene.stop_on.is_empty() {
         tell("stop_on", "`stop_on` has no effect yet: a run goes on to its end".to_owned());
