@@ -95,12 +95,12 @@ fn a_message_names_the_included_file() {
     let (code, said) = pasapas(&["check", &cell]);
     assert_eq!(code, 1, "{said}");
     assert!(
-        said.contains("more.cell.toml:3:33: error[C004]: `at` of [place] has 2 numbers"),
+        said.contains("more.cell.toml:3:31: error[C004]: `at` of [place] has 2 numbers"),
         "{said}"
     );
     assert!(said.contains("a.cell.toml:2:30: error[C015]: include \"none.cell.toml\": "), "{said}");
     let (code, said) = pasapas(&["sim", &script]);
-    assert!(code == 1 && said.contains("more.cell.toml:3:33"), "{said}");
+    assert!(code == 1 && said.contains("more.cell.toml:3:31"), "{said}");
 }
 
 /// A trace of a board is judged without the script being run, and says where board and cell disagree.
