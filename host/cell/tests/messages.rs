@@ -93,16 +93,6 @@ fn files(name: &str) -> Result<String, String> {
             Ok("# Ref Val Package PosX PosY Rot Side\nR1 10k R_0603 1 2 90 top\nR2 10k 3 4 0\n"
                 .to_owned())
         }
-        "wrong.cell.toml" => Ok("cell = 1\ntable = 3\n# a slip\npart = [{ name = \"pin\", size = [1, 0, 1] }]\n".to_owned()),
-        "parts.cell.toml" => {
-            Ok("cell = 1\ninclude = [\"more.cell.toml\"]\npart = [{ name = \"pin\", size = [1, 1, 1] }]\n".to_owned())
-        }
-        // It includes what includes it.
-        "more.cell.toml" => {
-            Ok("cell = 1\ninclude = [\"parts.cell.toml\"]\n\nplace = [{ name = \"far\", at = [0, 260, 0], size = [9, 9, 9] }]\n"
-                .to_owned())
-        }
-        "old.cell.toml" => Ok("cell = 2\n".to_owned()),
         _ => Err(format!("file \"{name}\" cannot be read")),
     }
 }
@@ -256,65 +246,6 @@ fn another_version_and_a_chip_without_analog_inputs_are_told() {
     let text = "cell = 1\n[[tool]]\nkind = \"vacuum\"\nanalog = \"vacuum\"\n";
     assert_eq!(said_on(&Small, text), ["c:4:10: error[C014]: analog inputs need part f5529"]);
     assert_eq!(said_on(&Placer, text), [""; 0]);
-}
-
-/// What an included file says is told with its own name and places, and what it has is there.
-#[test]
-fn included_files_add_their_things() {
-    let include = |name: &str| format!("cell = 1\ninclude = [\"{name}.cell.toml\"]\n");
-    assert_eq!(
-        said_on(&Placer, &include("wrong")),
-        [
-            "wrong.cell.toml:2:9: warning[C016]: `table` of an included file has no effect /  hint: write it into the file that includes this one",
-            "wrong.cell.toml:4:32: error[C004]: `size` of [part] has 0; each must be above 0",
-        ]
-    );
-    let old = said_on(&Placer, &include("old"));
-    assert_eq!(
-        old,
-        ["old.cell.toml:1:8: error[C013]: this cell is of version 2; this program reads 1"]
-    );
-    let text =
-        include("parts") + "feeder = [{ name = \"tray\", part = \"pin\", at = [9, 9, 0] }]\n";
-    assert_eq!(
-        said_on(&Placer, &text),
-        [
-            "more.cell.toml:4:19: warning[C008]: place \"far\" lies outside the travel: Y 260, the profile \"mill\" ends at 200"
-        ]
-    );
-    let (scene, _) = cell::read(&text, &Placer, &travel, &files).unwrap();
-    assert_eq!((scene.parts.len(), scene.places.len(), scene.table), (1, 1, None));
-    // A name is one in all files together.
-    let twice = said_on(
-        &Placer,
-        &(include("parts") + "place = [{ name = \"pin\", at = [0, 0, 0], size = [9, 9, 9] }]\n"),
-    );
-    assert!(
-        twice.iter().any(|said| said.contains("error[C005]: two things are named \"pin\"")),
-        "{twice:?}"
-    );
-}
-
-#[test]
-fn counters_and_analog_inputs_that_are_not_there_are_refused() {
-    let belt = "conveyor = [{ name = \"belt\", at = [0, 0, 0], size = [90, 9, 9], mm_s = 5, counter = 1, counts_mm = 10 }]\n";
-    let said_of = said(belt);
-    assert!(said_of[0].starts_with("c:2:85: error[C014]: no part has counters yet"), "{said_of:?}");
-    let eye = "sensor = [{ name = \"eye\", kind = \"distance\", from = [0, 0, 0], to = [9, 0, 0], analog = 7 }]\n";
-    let said_of = said(eye);
-    assert!(
-        said_of[0].contains(
-            "error[C006]: the profile \"mill\" has no analog input 7 /  hint: write `[[analog]]`"
-        ),
-        "{said_of:?}"
-    );
-    let high = "tool = [{ kind = \"vacuum\", analog = 1, volts = [0, 9] }]\n";
-    let said_of = said(high);
-    assert!(
-        said_of[0]
-            .contains("warning[C004]: `volts`: the sensor gives 5400 mV; a pin has 0 to 3300 mV"),
-        "{said_of:?}"
-    );
 }
 
 #[test]

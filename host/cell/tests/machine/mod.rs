@@ -30,8 +30,8 @@ impl Names for Plain {
     fn has_analog(&self) -> bool {
         true
     }
-    fn has(&self, port: Port, _: u32) -> bool {
-        port != Port::Counter
+    fn has(&self, port: Port, n: u32) -> bool {
+        port != Port::Counter && (port != Port::Analog || n < 5)
     }
     fn axes(&self) -> &str {
         "XYZ"
