@@ -3,6 +3,7 @@
 //! Cycles and step rates are those of the emulated chip, taken at its pins; times of the desktop's
 //! own engines are this computer's.
 
+mod cell;
 pub(crate) mod code;
 mod costs;
 #[cfg(feature = "gateway")]
@@ -108,6 +109,7 @@ pub const GROUPS: &[Group] = &[
     ("stream", stream::run),
     ("grbl", grbl::run),
     ("speed", speed::run),
+    ("cell", cell::run),
     ("paths", paths::run),
 ];
 

@@ -13,6 +13,7 @@ mod tests;
 use lang::axis::Axis;
 use lang::hir::Program;
 
+use crate::scene::picture::Shape;
 use crate::sim::Outcome;
 use crate::sim::record::{Edge, SegmentKind};
 use crate::sim::trace::{MoveKind, Status};
@@ -129,6 +130,11 @@ impl Plot<'_> {
 
     pub(crate) fn curves(&self) -> Vec<Curve> {
         curves(&self.outcome.record.path, &self.program.profile, DETAILED_SEGMENTS)
+    }
+
+    /// The cell around the machine, from above.
+    pub(crate) fn shapes(&self) -> &[Shape] {
+        self.outcome.cell.as_ref().map_or(&[], |report| &report.shapes)
     }
 
     /// Length of the axes of time, us: of a run that takes none, a moment.

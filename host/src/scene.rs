@@ -8,8 +8,11 @@ pub mod heard;
 #[cfg(feature = "desktop")]
 pub mod junit;
 pub mod live;
+pub mod picture;
 #[cfg(feature = "desktop")]
 pub mod proof;
+#[cfg(feature = "desktop")]
+pub mod replay;
 pub mod report;
 
 use std::path::{Path, PathBuf};
@@ -86,7 +89,10 @@ pub fn read(
     let note = |problem: &Problem| {
         let (line, column) = problem.place(&text);
         let at = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-        let note = Note::error(file, problem.code, problem.text.clone()).at((at(line), at(column)));
+        // Included files stand beside the cell.
+        let own = problem.of.as_ref().map(|of| beside.with_file_name(&of.0).display().to_string());
+        let note = Note::error(own.as_deref().unwrap_or(file), problem.code, problem.text.clone())
+            .at((at(line), at(column)));
         let note = Note { span: problem.span.clone(), ..note };
         let note = if problem.error { note } else { note.warning() };
         match &problem.hint {
@@ -95,8 +101,7 @@ pub fn read(
         }
     };
     let notes = |problems: Vec<Problem>| problems.iter().map(note).collect::<Vec<Note>>();
-    let (cell, mut problems) = cell::read(&text, &known, &travel, &files).map_err(notes)?;
-    problems.extend(cell::check::inert(&cell, &text));
+    let (cell, problems) = cell::read(&text, &known, &travel, &files).map_err(notes)?;
     let homes = program
         .is_some_and(|program| program.routines.iter().any(|routine| has_home(&routine.body)));
     let scene =
@@ -226,6 +231,14 @@ impl Known<'_> {
         all.into_iter().filter_map(number).collect()
     }
 
+    /// Analog inputs by the names of the profile and of the script.
+    fn analogs(&self) -> Vec<(String, u32)> {
+        let own = self.program.into_iter().flat_map(|program| &program.analogs);
+        let own = own.map(|(name, n)| (Some(name.clone()), *n));
+        let all = own.chain(self.profile.analogs.iter().map(|own| (own.name.clone(), own.n)));
+        all.filter_map(|(name, n)| Some((name?, u32::try_from(n).ok()?))).collect()
+    }
+
     fn find(&self, output: bool, name: &str) -> Option<u32> {
         let ports = self.ports(output);
         ports.into_iter().find(|(own, _)| own.eq_ignore_ascii_case(name)).map(|(_, n)| n)
@@ -239,10 +252,11 @@ impl Names for Known<'_> {
     fn output(&self, name: &str) -> Option<u32> {
         self.find(true, name)
     }
-    // No script reads an analog input or a counter by a name yet.
-    fn analog(&self, _: &str) -> Option<u32> {
-        None
+    fn analog(&self, name: &str) -> Option<u32> {
+        let all = self.analogs();
+        all.into_iter().find(|(own, _)| own.eq_ignore_ascii_case(name)).map(|(_, n)| n)
     }
+    // No part has counters yet.
     fn counter(&self, _: &str) -> Option<u32> {
         None
     }
@@ -250,7 +264,8 @@ impl Names for Known<'_> {
         let mut names: Vec<String> = match port {
             Port::Input => self.ports(false),
             Port::Output => self.ports(true),
-            Port::Analog | Port::Counter => Vec::new(),
+            Port::Analog => self.analogs(),
+            Port::Counter => Vec::new(),
         }
         .into_iter()
         .map(|(name, _)| name)
@@ -265,6 +280,13 @@ impl Names for Known<'_> {
     fn has_analog(&self) -> bool {
         // Engines without an emulator simulate the part that has them.
         true
+    }
+    fn has(&self, port: Port, n: u32) -> bool {
+        match port {
+            Port::Input | Port::Output => true,
+            Port::Analog => self.profile.analogs.iter().any(|own| u32::try_from(own.n) == Ok(n)),
+            Port::Counter => false,
+        }
     }
     fn axes(&self) -> &str {
         &self.axes

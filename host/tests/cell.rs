@@ -77,3 +77,85 @@ fn a_proof_of_nothing_says_so() {
     assert_eq!(code, 0, "{said}");
     assert!(said.contains("part 3 of 8 has no run") && !said.contains("never reached"), "{said}");
 }
+
+/// The path of a file in a folder.
+fn inside(folder: &TempDir, name: &str) -> String {
+    text(&folder.path().join(name)).to_owned()
+}
+
+/// What an included file says wrongly is told with its own name, line and column.
+#[test]
+fn a_message_names_the_included_file() {
+    let (folder, script) = folder("\n");
+    let cell = inside(&folder, "a.cell.toml");
+    let included = "cell = 1\n\nplace = [{ name = \"box\", at = [0, 0], size = [1, 1, 1] }]\n";
+    std::fs::write(inside(&folder, "more.cell.toml"), included).expect("written");
+    std::fs::write(&cell, "cell = 1\ninclude = [\"more.cell.toml\", \"none.cell.toml\"]\n")
+        .expect("written");
+    let (code, said) = pasapas(&["check", &cell]);
+    assert_eq!(code, 1, "{said}");
+    assert!(
+        said.contains("more.cell.toml:3:31: error[C004]: `at` of [place] has 2 numbers"),
+        "{said}"
+    );
+    assert!(said.contains("a.cell.toml:2:30: error[C015]: include \"none.cell.toml\": "), "{said}");
+    let (code, said) = pasapas(&["sim", &script]);
+    assert!(code == 1 && said.contains("more.cell.toml:3:31"), "{said}");
+}
+
+/// A trace of a board is judged without the script being run, and says where board and cell disagree.
+#[test]
+fn a_trace_is_played_into_the_cell() {
+    let (folder, script) =
+        folder("expect = [{ what = \"no_collision\" }, { what = \"ends\", text = \"done\" }]\n");
+    let trace = inside(&folder, "run.trace");
+    let (code, said) = pasapas(&["sim", &script, "--trace", &trace]);
+    assert_eq!(code, 0, "{said}");
+    let (code, said) = pasapas(&["sim", &script, "--replay", &trace]);
+    assert!(code == 0 && said.contains("no_collision  none    none  yes"), "{said}");
+    let wait = "{\"ev\":\"waitin\",\"line\":2,\"n\":3,\"v\":1,\"ok\":true}\n";
+    let told = wait.to_owned() + &std::fs::read_to_string(&trace).expect("the trace");
+    std::fs::write(&trace, told).expect("written");
+    let (code, said) = pasapas(&["sim", &script, "--replay", &trace]);
+    assert_eq!(code, 3, "{said}");
+    assert!(
+        said.contains("line 1 of the trace, line 2 of the script: input 3 came on on the board"),
+        "{said}"
+    );
+    let (code, said) = pasapas(&["sim", &script, "--no-cell", "--replay", &trace]);
+    assert!(code == 2 && said.contains("--replay needs a cell"), "{said}");
+    std::fs::write(&trace, "{\"ev\":\"jump\"}\n").expect("written");
+    let (code, said) = pasapas(&["sim", &script, "--replay", &trace]);
+    assert!(code == 1 && said.contains("line 1 of the trace"), "{said}");
+}
+
+/// Pictures of a run show its cell.
+#[test]
+fn pictures_show_the_cell() {
+    let wall = "fixture = [{ name = \"wall\", at = [3, 0, -5], size = [1, 9, 9], turn_deg = 30 }]\n\
+                tool = [{ kind = \"none\", body = [{ at = [0, 0, 0], size = [1, 1, 1] }] }]\n";
+    let (folder, script) = folder(wall);
+    for (name, words) in [
+        (
+            "a.svg",
+            [
+                "class=\"cell cell-fixture\"",
+                "<title>wall</title>",
+                "cell-hit",
+                "hit wall in line 2",
+            ],
+        ),
+        (
+            "a.html",
+            ["\"kind\":\"fixture\"", "\"name\":\"wall\"", "\"kind\":\"hit\"", "hit wall in line 2"],
+        ),
+    ] {
+        let file = inside(&folder, name);
+        let (code, said) = pasapas(&["sim", &script, "--plot", &file]);
+        assert_eq!(code, 0, "{said}");
+        let picture = std::fs::read_to_string(&file).expect("the picture").replace("\n", "");
+        for words in words {
+            assert!(picture.contains(words), "{name}: {words}");
+        }
+    }
+}

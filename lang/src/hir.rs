@@ -53,6 +53,8 @@ pub struct Program {
     pub labels: Vec<Label>,
     /// Names that the script gives to inputs and outputs.
     pub ports: Vec<Port>,
+    /// Names that `ANALOG` gives to analog inputs, with their numbers, from 1.
+    pub analogs: Vec<(String, i32)>,
     /// Statements of the source that count for bytes per statement: every executable statement,
     /// that is neither a declaration nor a label nor a line that only closes a block.
     pub statements: u32,

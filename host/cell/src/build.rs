@@ -2,6 +2,7 @@
 
 mod around;
 mod tool;
+mod top;
 
 use super::check::strikes;
 use super::list;
@@ -10,26 +11,34 @@ use super::read::{Names, tables};
 use super::scene::{
     Block, Expect, Feeder, Fixture, Form, Part, Place, Scene, Spread, Stock, V3, Vary,
 };
+pub use super::source::Files;
+use super::source::Sources;
 use super::value::Entry;
 use std::ops::Range;
 
 /// Version of the format that this program reads.
 pub const VERSION: f64 = 1.0;
 
-/// Reads files that a cell names, by their name as the cell writes it.
-pub type Files<'a> = &'a dyn Fn(&str) -> Result<String, String>;
-
 /// Reads a cell file.
 ///
 /// # Errors
 /// All problems, when one of them is an error; else warnings come with the scene.
 pub fn scene(
-    text: &str,
+    sources: &Sources,
     names: &dyn Names,
     files: Files<'_>,
 ) -> Result<(Scene, Vec<Problem>), Vec<Problem>> {
     let mut problems = Vec::new();
-    let entries = tables(text, names, &mut problems);
+    let mut entries = Vec::new();
+    for (text, from) in sources.texts() {
+        let known = problems.len();
+        let mut own = tables(text, names, &mut problems);
+        own.iter_mut().for_each(|entry| entry.shift(from));
+        for problem in &mut problems[known..] {
+            problem.span = problem.span.start + from..problem.span.end + from;
+        }
+        entries.append(&mut own);
+    }
     let mut builder =
         Builder { scene: Scene::default(), problems, files, taken: Vec::new(), names };
     if builder.problems.iter().all(|problem| problem.code != "C001") {
@@ -63,6 +72,7 @@ impl Builder<'_> {
         // Parts first: feeders and conveyors name them.
         let (parts, others): (Vec<Entry>, Vec<Entry>) =
             entries.into_iter().partition(|entry| entry.section == "part");
+        let mut first = true;
         let several_tools = others.iter().filter(|entry| entry.section == "tool").count() > 1;
         for entry in &parts {
             self.name(entry);
@@ -71,7 +81,8 @@ impl Builder<'_> {
         for entry in others {
             self.name(&entry);
             match entry.section {
-                "" => self.top(&entry),
+                "" if std::mem::take(&mut first) => self.top(&entry),
+                "" => self.included(&entry),
                 "tool" => self.tool(&entry, several_tools),
                 "feeder" => self.feeder(&entry),
                 "place" => self.place(&entry),
@@ -104,43 +115,6 @@ impl Builder<'_> {
             );
         }
         self.taken.push(name);
-    }
-
-    fn top(&mut self, entry: &Entry) {
-        if let Some(version) = entry.number("cell")
-            && version != VERSION
-        {
-            let text = format!("this cell is of version {version}; this program reads {VERSION}");
-            self.wrong("C013", entry.span_of("cell"), text);
-        }
-        self.scene.name = entry.text("name");
-        self.scene.profile = entry.text("profile");
-        let start = entry.list("start");
-        if start.len() >= 3 {
-            self.scene.start =
-                Some([start[0], start[1], start[2], start.get(3).copied().unwrap_or(0.0)]);
-        }
-        self.scene.table = entry.number("table");
-        self.scene.stop_on = entry.texts("stop_on");
-        if !entry.texts("include").is_empty() {
-            self.problems.push(
-                Problem::warning(
-                    "C016",
-                    entry.span_of("include"),
-                    "`include` has no effect yet: its files are not read",
-                )
-                .hint("copy the tables of those files into this one"),
-            );
-        }
-        for class in self.scene.stop_on.clone() {
-            if !super::keys::OUTCOMES.contains(&class.as_str()) {
-                let text = format!(
-                    "`stop_on`: \"{class}\" is none of {}",
-                    super::keys::OUTCOMES.join(", ")
-                );
-                self.wrong("C004", entry.span_of("stop_on"), text);
-            }
-        }
     }
 
     /// `at`, or what `corner` says.

@@ -243,6 +243,7 @@ impl Checker<'_> {
             .iter()
             .map(|feeder| feeder.name.as_str())
             .chain(scene.parts.iter().map(|part| part.name.as_str()))
+            .chain(scene.conveyors.iter().map(|conveyor| conveyor.name.as_str()))
             .collect();
         let sensors: Vec<&str> = scene.sensors.iter().map(|sensor| sensor.name.as_str()).collect();
         let mut wrong = Vec::new();

@@ -85,7 +85,8 @@ impl Form {
     }
 
     /// The corners of its outline from above, from its middle; a circle as a polygon around it.
-    fn outline(&self) -> Vec<[f64; 2]> {
+    #[must_use]
+    pub fn outline(&self) -> Vec<[f64; 2]> {
         if self.round {
             const CORNERS: u32 = 32;
             let around = self.size[0] / 2.0 / (std::f64::consts::PI / f64::from(CORNERS)).cos();

@@ -156,7 +156,7 @@ impl Judge<'_> {
         self.number("count").map(|count| count as usize)
     }
 
-    /// Things of the feeder or part that `of` names; all where it names none.
+    /// Things of the feeder, conveyor or part that `of` names; all where it names none.
     fn of(&self) -> Vec<&Thing> {
         let scene = self.cell.scene();
         let wanted = self.expect.entry.text("of");
@@ -166,7 +166,13 @@ impl Judge<'_> {
                 (Some(name), Some((feeder, _))) => {
                     scene.feeders[feeder].name == *name || scene.parts[thing.part].name == *name
                 }
-                (Some(name), None) => thing.name == *name,
+                // A single part, or one that a belt has brought.
+                (Some(name), None) => {
+                    let from = thing.name.rsplit_once('.').map(|(belt, _)| belt);
+                    thing.name == *name
+                        || from == Some(name.as_str())
+                        || from.is_some() && scene.parts[thing.part].name == *name
+                }
             })
             .collect()
     }

@@ -12,10 +12,12 @@ mod state;
 mod steps;
 mod supply;
 mod tool;
+mod voltage;
+
+pub use self::belt::sight;
 
 use super::law::{Law, Steps};
 use super::log::{Event, What};
-use super::pressure::Pressure;
 use super::region::{Region, Scale, meeting, quiet};
 use super::scene::{Block, Scene, V3, When};
 use super::things::{self, Thing};
@@ -112,6 +114,8 @@ pub struct Cell {
     belts: Vec<Belt>,
     /// When something happens on a belt.
     next_belt: Option<u64>,
+    /// When voltages are looked at again.
+    next_look: Option<u64>,
     /// Parts that each feeder has brought.
     fed: Vec<u32>,
     /// What dispensers, lasers and pens drew, as ways of X and Y, mm.
@@ -177,6 +181,7 @@ impl Cell {
             struck: Struck::default(),
             belts: Belt::all(&scene),
             next_belt: None,
+            next_look: None,
             fed: Vec::new(),
             drawn: Vec::new(),
             scene,
@@ -246,7 +251,8 @@ impl Cell {
     }
 
     /// Where the tip is, mm.
-    fn tip(&self, at: &Steps) -> V3 {
+    #[must_use]
+    pub fn tip(&self, at: &Steps) -> V3 {
         let offset = self.scene.tools.first().map_or([0.0; 3], |first| first.tip);
         std::array::from_fn(|axis| {
             self.frame.start[axis] + f64::from(at[axis]) / self.frame.scale[axis] + offset[axis]
@@ -279,7 +285,7 @@ impl Cell {
             self.next = self.next_change(law, now);
         }
         let timer = self.timers.iter().map(|timer| timer.0).min();
-        [self.next, timer, self.tool.due(), self.next_belt]
+        [self.next, timer, self.tool.due(), self.next_belt, self.next_look]
             .into_iter()
             .flatten()
             .min()
@@ -343,6 +349,7 @@ impl Cell {
         if self.next.is_some_and(|when| when <= now) {
             self.law = None;
         }
+        self.look_at_voltages(now);
         let actions = std::mem::take(&mut self.actions);
         self.without_forced(actions)
     }
@@ -454,11 +461,5 @@ impl Cell {
             }
         }
         self.law = None;
-    }
-
-    /// The pressure law, for analog inputs.
-    #[must_use]
-    pub fn vacuum(&self) -> &Pressure {
-        self.tool.vacuum()
     }
 }

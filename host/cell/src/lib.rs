@@ -13,6 +13,7 @@
 //! #     fn known(&self, _: cell::Port) -> Vec<String> { vec!["pump".to_owned()] }
 //! #     fn profile(&self) -> &str { "mill" }
 //! #     fn has_analog(&self) -> bool { true }
+//! #     fn has(&self, _: cell::Port, _: u32) -> bool { true }
 //! #     fn axes(&self) -> &str { "XYZ" }
 //! # }
 //! let text = "cell = 1\n[[tool]]\nkind = \"vacuum\"\noutput = \"pumpe\"\n";
@@ -41,6 +42,7 @@ pub mod things;
 pub mod vary;
 
 mod read;
+mod source;
 mod value;
 
 pub use read::{Names, Port};
@@ -56,7 +58,24 @@ pub fn read(
     travel: check::Travel<'_>,
     files: build::Files<'_>,
 ) -> Result<(scene::Scene, Vec<problem::Problem>), Vec<problem::Problem>> {
-    let (scene, mut problems) = build::scene(text, names, files)?;
-    problems.extend(check::check(&scene, text, names.profile(), travel));
+    let mut problems = Vec::new();
+    let sources = source::Sources::gather(text, files, &mut problems);
+    let named = |mut problems: Vec<problem::Problem>| {
+        sources.name(&mut problems);
+        problems
+    };
+    let scene = match build::scene(&sources, names, files) {
+        Ok((scene, own)) => {
+            problems.extend(own);
+            scene
+        }
+        Err(own) => {
+            problems.extend(own);
+            return Err(named(problems));
+        }
+    };
+    problems.extend(check::check(&scene, &sources.text, names.profile(), travel));
+    problems.extend(check::inert(&scene, &sources.text));
+    let problems = named(problems);
     if problems.iter().any(|problem| problem.error) { Err(problems) } else { Ok((scene, problems)) }
 }

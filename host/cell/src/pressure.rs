@@ -3,6 +3,18 @@
 
 use super::scene::Vacuum;
 
+/// Highest voltage at a pin, mV: what lies above the supply is cut off by the pin.
+pub const MOST_MV: f64 = 3_300.0;
+
+impl Vacuum {
+    /// Voltage of the pressure sensor at a pressure in kPa, V.
+    #[must_use]
+    pub fn volts_at(&self, kpa: f64) -> f64 {
+        let share = (kpa - self.kpa[0]) / (self.kpa[1] - self.kpa[0]);
+        self.volts[0] + share * (self.volts[1] - self.volts[0])
+    }
+}
+
 /// Pressure below ambient, kPa, as a law in time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pressure {

@@ -1,6 +1,7 @@
 //! What is wrong with a cell file: codes C001 to C016, each with its place.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Something wrong or doubtful in a cell file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -15,12 +16,14 @@ pub struct Problem {
     pub text: String,
     /// What to write instead, in a line.
     pub hint: Option<String>,
+    /// Name and text of the file that it is about, when that is an included one.
+    pub of: Option<Arc<(String, String)>>,
 }
 
 impl Problem {
     /// An error.
     pub fn error(code: &'static str, span: Range<usize>, text: impl Into<String>) -> Self {
-        Self { span, code, error: true, text: text.into(), hint: None }
+        Self { span, code, error: true, text: text.into(), hint: None, of: None }
     }
 
     /// A warning: the cell can be used.
@@ -35,9 +38,11 @@ impl Problem {
         self
     }
 
-    /// Line and column of its begin, both from 1; columns count characters.
+    /// Line and column of its begin in the file that it is about, `text` where that is the cell's own; both from 1, columns
+    /// count characters.
     #[must_use]
     pub fn place(&self, text: &str) -> (usize, usize) {
+        let text = self.of.as_ref().map_or(text, |of| &of.1);
         let mut start = self.span.start.min(text.len());
         while !text.is_char_boundary(start) {
             start -= 1;
@@ -51,6 +56,7 @@ impl Problem {
     #[must_use]
     pub fn render(&self, file: &str, text: &str) -> String {
         let (line, column) = self.place(text);
+        let file = self.of.as_ref().map_or(file, |of| &of.0);
         let severity = if self.error { "error" } else { "warning" };
         let mut out = format!("{file}:{line}:{column}: {severity}[{}]: {}\n", self.code, self.text);
         if let Some(hint) = &self.hint {

@@ -27,6 +27,8 @@ pub trait Names {
     fn profile(&self) -> &str;
     /// Whether the chip has analog inputs.
     fn has_analog(&self) -> bool;
+    /// Whether the machine has the port of this number. Inputs and outputs are all that the wiring has.
+    fn has(&self, port: Port, n: u32) -> bool;
     /// Letters of the axes that the machine has.
     fn axes(&self) -> &str;
 }
@@ -301,6 +303,14 @@ impl Reader<'_> {
             self.wrong("C014", span, "analog inputs need part f5529");
             return None;
         }
+        if port == Port::Counter && (1..100).all(|n| !self.names.has(port, n)) {
+            let problem = Problem::error("C014", span, "no part has counters yet");
+            self.hint(
+                problem,
+                "leave `counter` and `counts_mm` out; a sensor on an input sees each part",
+            );
+            return None;
+        }
         match value {
             DeValue::String(name) => {
                 if let Some(number) = port.find(self.names, name) {
@@ -331,6 +341,15 @@ impl Reader<'_> {
                     Err("is no whole number".to_owned())
                 }
             }) {
+                Ok(Value::Number(n)) if port == Port::Analog && !self.names.has(port, n as u32) => {
+                    let profile = self.names.profile();
+                    let text = format!("the profile \"{profile}\" has no analog input {n}");
+                    let hint = format!(
+                        "write `[[analog]]` with `n = {n}` into the profile; it may be 1 to 4"
+                    );
+                    self.hint(Problem::error("C006", span, text), hint);
+                    None
+                }
                 Ok(value) => Some(value),
                 Err(reason) => {
                     self.wrong(

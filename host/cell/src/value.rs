@@ -44,6 +44,16 @@ impl Entry {
         self.values.get(key)
     }
 
+    /// Moves all places by so many bytes: the text stands behind others.
+    pub(super) fn shift(&mut self, by: usize) {
+        let moved = |span: &Range<usize>| span.start + by..span.end + by;
+        self.span = moved(&self.span);
+        // A key that is left out has no place.
+        for (_, span) in self.values.values_mut().filter(|(_, span)| !span.is_empty()) {
+            *span = moved(span);
+        }
+    }
+
     /// Whether the file itself has the key.
     #[must_use]
     pub fn has(&self, key: &str) -> bool {

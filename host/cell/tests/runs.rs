@@ -209,3 +209,70 @@ fn expectations_say_what_was_wanted_and_what_was() {
     assert!(table.contains("tray.1 hit wall at 94.03 47.08 -14.00 in line 0  NO\n"), "{table}");
     assert!(table.contains("tray.1 fell 0.50 mm"), "{table}");
 }
+
+/// A nozzle's gauge follows the pressure, and is looked at each millisecond only while it changes.
+#[test]
+fn a_gauge_follows_the_vacuum() {
+    let text = "cell = 1\ntable = -60\n\
+        tool = [{ name = \"nozzle\", kind = \"vacuum\", output = 3, analog = 2, volts = [2.9, 0.8], kpa = [0, 60], build_ms = 40 }]\n\
+        part = [{ name = \"chip\", size = [8, 8, 4], at = [20, 30, -26] }]\n";
+    let mut machine = Machine::new(text);
+    let volts = |machine: &Machine| machine.cell.voltages(&machine.at, machine.now);
+    assert_eq!(volts(&machine), [(2, 2900)]);
+    machine.go([20.0, 30.0, 0.0], 100.0);
+    machine.go([20.0, 30.0, -22.2], 100.0);
+    machine.output(3, true);
+    machine.wait(40);
+    // One time constant: 63.2 % of the way.
+    let (_, mv) = volts(&machine)[0];
+    assert!((1570..1576).contains(&mv), "{mv} mV");
+    assert!(
+        machine.cell.due(&machine.at, machine.now + 1).is_some_and(|due| due <= machine.now + 1000)
+    );
+    machine.wait(2000);
+    assert_eq!(volts(&machine), [(2, 800)]);
+    assert_eq!(machine.cell.due(&machine.at, machine.now + 1), None);
+}
+
+/// A distance is that of the first thing in the way.
+#[test]
+fn a_distance_is_a_voltage() {
+    let text = "cell = 1\ntable = -60\n\
+        tool = [{ name = \"plate\", kind = \"none\", body = [{ at = [0, 0, 0], size = [10, 10, 10] }] }]\n\
+        part = [{ name = \"chip\", size = [8, 8, 4], at = [80, 30, -4] }]\n\
+        sensor = [{ name = \"range\", kind = \"distance\", from = [0, 30, -2], to = [100, 30, -2], analog = 1, volts = [0.5, 2.5], sees = [\"part\", \"tool\"] }]\n";
+    let mut machine = Machine::new(text);
+    let volts = |machine: &Machine| machine.cell.voltages(&machine.at, machine.now);
+    // The chip's side is at 76 of 100 mm.
+    assert_eq!(volts(&machine), [(1, 2020)]);
+    machine.go([45.0, 0.0, -5.0], 100.0);
+    assert_eq!(volts(&machine), [(1, 2020)]);
+    machine.go([45.0, 30.0, -5.0], 100.0);
+    assert_eq!(volts(&machine), [(1, 1300)]);
+    // While the plate is in sight it is looked at each millisecond.
+    assert!(
+        machine.cell.due(&machine.at, machine.now + 1).is_some_and(|due| due <= machine.now + 1000)
+    );
+    machine.go([45.0, 0.0, -5.0], 100.0);
+    assert_eq!(volts(&machine), [(1, 2020)]);
+    assert_eq!(machine.cell.due(&machine.at, machine.now + 1), None);
+}
+
+/// A drill may touch a stock that tells it; pressed in further while it stands still it breaks.
+#[test]
+fn a_drill_probes_a_stock_that_tells_its_touch() {
+    let text = "cell = 1\ntool = [{ name = \"drill\", kind = \"drill\", output = 1, diameter = 0.8 }]\n\
+        stock = { at = [20, 30, -21.6], size = [30, 30, 1.6], touch = 9 }\n";
+    let mut machine = Machine::new(text);
+    machine.go([20.0, 30.0, 0.0], 100.0);
+    machine.go([20.0, 30.0, -20.2], 5.0);
+    assert_eq!(machine.inputs.last().map(|input| (input.1, input.2)), Some((9, true)));
+    machine.go([20.0, 30.0, 0.0], 100.0);
+    assert!(machine.said().is_empty(), "{:?}", machine.said());
+    machine.go([20.0, 30.0, -20.6], 5.0);
+    assert!(
+        machine.said()[0].contains("pressed into the stock while it stood still"),
+        "{:?}",
+        machine.said()
+    );
+}

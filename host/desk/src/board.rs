@@ -37,6 +37,8 @@ pub struct NativeBoard {
     outputs: u16,
     /// Inputs and buttons that were on then.
     contacts: u32,
+    /// Voltages at the analog inputs at the last look, mV.
+    volts: [u16; 4],
 }
 
 impl NativeBoard {
@@ -56,6 +58,7 @@ impl NativeBoard {
             disturbed: None,
             outputs: 0,
             contacts: 0,
+            volts: [0; 4],
         };
         board.boot(POWER_UP);
         board
@@ -203,7 +206,10 @@ impl NativeBoard {
         }
         // Motors and what is around them have changed inputs.
         let contacts = self.desk.plant().contacts();
-        if std::mem::replace(&mut self.contacts, contacts) != contacts {
+        let volts = self.desk.plant().volts();
+        if std::mem::replace(&mut self.contacts, contacts) != contacts
+            || std::mem::replace(&mut self.volts, volts) != volts
+        {
             self.disturb();
         }
         // The inputs that the machine knows are those of the world only when it has looked since that acted.

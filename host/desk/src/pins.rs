@@ -77,7 +77,7 @@ impl Pins for Desk {
         u16::from(stop) | u16::from(start) << 1
     }
     fn analog(&self, n: u8) -> u16 {
-        let volts = self.0.plant.borrow().analog;
+        let volts = self.0.plant.borrow().volts();
         firmware::analog::sample(volts[usize::from(n) % volts.len()].into())
     }
     // What is at the pins is read when it is asked for.

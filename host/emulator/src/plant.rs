@@ -118,7 +118,7 @@ pub struct Plant {
     pub(crate) recorder: Recorder,
     recorded_in: u16,
     jumpers: Vec<Jumper>,
-    /// Voltages at the analog inputs, mV.
+    /// Voltages at the analog inputs, mV, where nobody [around](Plant::volts) the machine gives another.
     pub analog: [u16; 4],
     /// Levels of all pins as they are.
     raw: u64,

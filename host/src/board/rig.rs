@@ -348,12 +348,14 @@ impl<B: Hardware> Rig<B> {
         if self.scene.scenario.next_us().is_none_or(|next| next > us) {
             return Ok(());
         }
+        self.stand_by_world(us);
         let actions = self.scene.scenario.advance(us).inspect_err(|error| {
             self.failed = Some(error.clone());
         })?;
         for action in actions {
             self.apply(action);
         }
+        self.look_at_touch();
         self.scene.place_probe(&mut self.board.plant_mut());
         Ok(())
     }

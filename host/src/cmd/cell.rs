@@ -43,22 +43,19 @@ impl CellChoice {
     ) -> Result<Option<Scene>, Failure> {
         let Some(cell) = self.file(file) else { return Ok(None) };
         let read = scene::read(&cell, &script.program.profile, Some(&script.program));
-        shown(&cell, read, console).map(Some)
+        shown(read, console).map(Some)
     }
 }
 
 /// Writes the notes of a cell that was read.
-fn shown(
-    file: &str,
-    read: Result<(Scene, Vec<Note>), Vec<Note>>,
-    console: &Console,
-) -> Result<Scene, Failure> {
+fn shown(read: Result<(Scene, Vec<Note>), Vec<Note>>, console: &Console) -> Result<Scene, Failure> {
     let (scene, notes) = match read {
         Ok((scene, notes)) => (Some(scene), notes),
         Err(notes) => (None, notes),
     };
-    let source = input::read_text(file).ok().map(|text| Source::new(file, text));
     for note in &notes {
+        // A note may be about a file that the cell includes.
+        let source = input::read_text(&note.file).ok().map(|text| Source::new(&note.file, text));
         match &source {
             Some(source) => console.note_in(note, source)?,
             None => console.note(note)?,
@@ -83,13 +80,13 @@ pub fn check(file: &str, options: &Options, console: &Console) -> Result<(), Fai
             ))
         })?;
         let read = scene::read(file, &script.program.profile, Some(&script.program));
-        return shown(file, read, console).map(drop);
+        return shown(read, console).map(drop);
     }
     let profile = match options.profile(console)? {
         Some(profile) => profile,
         None => own_profile(file, console)?,
     };
-    shown(file, scene::read(file, &profile, None), console).map(drop)
+    shown(scene::read(file, &profile, None), console).map(drop)
 }
 
 /// The profile that a cell names, else the usual one.

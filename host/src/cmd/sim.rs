@@ -16,12 +16,13 @@ use super::part::Choice;
 use super::script::{self, Script};
 use super::{board_run, cell, summary, world};
 use crate::failure::Failure;
-use crate::input::code;
+use crate::input::{self, code};
 use crate::interrupt;
 use crate::output::{self, OutputFile};
 use crate::plot::{Form, Plot};
 use crate::render::Note;
-use crate::scene::Report;
+use crate::scene::replay::replay;
+use crate::scene::{Report, Scene};
 use crate::sim::trace::{Event, PerAxis, Status, What, write_line};
 use crate::sim::world::World;
 use crate::sim::{self, DEFAULT_LIMIT_US, Outcome, SimError};
@@ -50,6 +51,9 @@ pub struct Sim {
     /// Run with this deviation, as `prove` prints it: "stuck tray.11 813ms"; several times for several
     #[arg(long, value_name = "DEVIATION", value_parser = Deviation::parse)]
     deviate: Vec<Deviation>,
+    /// Play this trace of a board into the cell instead of running the script
+    #[arg(long, value_name = "T", conflicts_with_all = ["engine", "world", "trace", "plot", "vcd", "limit"])]
+    replay: Option<String>,
     #[command(flatten)]
     part: Choice,
     /// Write every edge at the board's pins as a Value Change Dump (engine board)
@@ -147,6 +151,9 @@ impl Sim {
                 .map_err(|text| Failure::Usage(format!("--deviate: {text}")))?;
         }
         let scene = scene.map(|scene| scene.deviating(self.deviate.clone()));
+        if let (Some(trace), Some(scene)) = (&self.replay, &scene) {
+            return self.play(trace, scene, &script.program.profile, console);
+        }
         let world = world::load(self.world.as_deref(), World::unattended(), console)?;
         let world = world.with_scene(scene);
         interrupt::watch();
@@ -190,12 +197,40 @@ impl Sim {
             ("--cell-log", self.cell_output.cell_log.is_some()),
             ("--report", self.cell_output.report.is_some()),
             ("--deviate", !self.deviate.is_empty()),
+            ("--replay", self.replay.is_some()),
         ];
         match asked.iter().find(|(_, given)| *given) {
             Some((option, _)) => Err(Failure::Usage(format!(
                 "{option} needs a cell: write NAME.cell.toml beside the script, or give --cell FILE"
             ))),
             None => Ok(()),
+        }
+    }
+
+    /// Plays a trace into the cell.
+    fn play(
+        &self,
+        trace: &str,
+        scene: &Scene,
+        profile: &Profile,
+        console: &Console,
+    ) -> Result<(), Failure> {
+        let text = input::read_text(trace).map_err(|note| console.refuse(&note))?;
+        let events = crate::sim::trace::read(text.as_bytes()).map_err(|error| {
+            console.refuse(&Note::error(trace, code::ENGINE, error.to_string()))
+        })?;
+        let played = replay(scene, profile, &events);
+        for remark in &played.remarks {
+            console.complain(remark);
+        }
+        for difference in &played.differences {
+            console.complain(&format!("board and cell disagree: {difference}"));
+        }
+        self.cell_output.write(&self.file, &played.report, false, console)?;
+        if played.report.holds() && played.differences.is_empty() {
+            Ok(())
+        } else {
+            Err(Failure::Run)
         }
     }
 

@@ -254,6 +254,7 @@ impl Tested {
     fn all(&self) -> Vec<String> {
         let rows = self.report.rows.iter().filter(|row| !row.holds);
         let rows = rows.map(|row| format!("{}: wanted {}, was {}", row.name, row.wanted, row.was));
+        let rows = rows.chain(self.report.stories.iter().cloned());
         rows.chain(self.differences.iter().cloned()).collect()
     }
 

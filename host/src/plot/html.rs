@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::curve::Curve;
 use super::{Plot, Row, Style, chart};
+use crate::scene::picture::Shape;
 use crate::sim::trace::Status;
 
 const PAGE: &str = include_str!("page/page.html");
@@ -34,6 +35,9 @@ struct Data<'a> {
     /// S of a laser at full power; 0 without a laser.
     full: i32,
     rows: Vec<FlatRow>,
+    /// The cell from above.
+    #[serde(skip_serializing_if = "<[Shape]>::is_empty")]
+    cell: &'a [Shape],
 }
 
 /// A curve: style, line, flags (1: its rate is that along an arc, 2: reference run), then us, x, y,
@@ -58,6 +62,7 @@ pub fn render(plot: &Plot<'_>) -> String {
     let printed = &plot.outcome.record.printed;
     let printed = &printed[..printed.len().min(MOST_PRINTS)];
     let data = Data {
+        cell: plot.shapes(),
         title: plot.title,
         subtitle: chart::subtitle(plot.outcome, &plot.ending()),
         source: plot.source.lines().collect(),

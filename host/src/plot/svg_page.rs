@@ -13,6 +13,7 @@ use super::scale::{Scale, Span};
 use super::svg_speed::{COLOURS, GREYS, Speeds, rates};
 use super::svg_time::timeline;
 use super::{Plot, Style, chart};
+use crate::scene::picture::Shape;
 
 /// Width of the page, px.
 pub const WIDTH: f64 = 1180.0;
@@ -62,6 +63,16 @@ circle.rapid { display: none; }
 .statement { fill: #c9d4e6; }
 .print { fill: #66748b; }
 .failed { stroke: #c8324b; stroke-width: 1.5; }
+.cell { fill: none; stroke-width: 1; }
+.cell-stock { fill: #efe6d3; stroke: #c9b58a; }
+.cell-belt { fill: #eef0f3; stroke: #aab3c2; }
+.cell-place { stroke: #c98a1b; stroke-dasharray: 3 2; }
+.cell-fixture { fill: #dfe3ea; stroke: #8b96a8; }
+.cell-thing { fill: #cfe0fb; stroke: #4472c4; }
+.cell-sensor { stroke: #a03fc0; }
+.cell-hole { fill: #17202e; }
+.cell-bead { stroke: #e0a012; stroke-width: 2.5; }
+.cell-hit { stroke: #c8324b; stroke-width: 2.5; }
 .failure { font-size: 11px; font-weight: 600; fill: #c8324b; }
 ";
 
@@ -82,7 +93,8 @@ pub fn render(plot: &Plot<'_>) -> String {
     page.append(text(LEFT, 62.0, "subtitle", &subtitle));
     page.append(legend(&curves, &speeds));
     let mut y = 84.0;
-    let (view, x_scale) = top_view(&lines, &curves, &speeds, y);
+    let shapes = plot.shapes();
+    let (view, x_scale) = top_view(&lines, &curves, &speeds, shapes, y);
     y = view.bottom + 40.0;
     page.append(view.group);
     if plot.has_z() && moves_z(&curves) {
@@ -160,10 +172,18 @@ pub fn line(x1: f64, y1: f64, x2: f64, y2: f64, class: &str) -> Line {
 }
 
 /// X to the right, Y up, both in the same scale.
-fn top_view(lines: &Lines<'_>, curves: &[Curve], speeds: &Speeds, top: f64) -> (Panel, Scale) {
+fn top_view(
+    lines: &Lines<'_>,
+    curves: &[Curve],
+    speeds: &Speeds,
+    shapes: &[Shape],
+    top: f64,
+) -> (Panel, Scale) {
     let values = |axis: usize| {
-        Plot::shown(curves)
-            .flat_map(move |curve| curve.points.iter().map(move |point| point.at[axis]))
+        let path = Plot::shown(curves)
+            .flat_map(move |curve| curve.points.iter().map(move |point| point.at[axis]));
+        let cell = shapes.iter().flat_map(|shape| &shape.points).map(move |point| point[axis]);
+        path.chain(cell)
     };
     let (mut x, mut y) = (Span::of(values(0), 1.0, 0.06), Span::of(values(1), 1.0, 0.06));
     let height = (y.width() / x.width() * (RIGHT - LEFT)).clamp(180.0, TOP_VIEW);
@@ -177,6 +197,7 @@ fn top_view(lines: &Lines<'_>, curves: &[Curve], speeds: &Speeds, top: f64) -> (
     let inside = clip("above", &x, &y);
     let path = Group::new()
         .set("clip-path", "url(#above)")
+        .add(cell(shapes, &x, &y))
         .add(drawing(lines, curves, speeds, (&x, &y), [0, 1]))
         .add(holes(lines, curves, &x, &y))
         .add(marks(curves, &x, &y))
@@ -184,6 +205,22 @@ fn top_view(lines: &Lines<'_>, curves: &[Curve], speeds: &Speeds, top: f64) -> (
     group.append(inside);
     group.append(path);
     (Panel { group, bottom: top + height }, x)
+}
+
+/// The cell from above; each shape has its name as title.
+fn cell(shapes: &[Shape], x: &Scale, y: &Scale) -> Group {
+    let mut group = Group::new();
+    for shape in shapes {
+        let mut data = String::new();
+        for (i, [px, py]) in shape.points.iter().enumerate() {
+            let command = if i == 0 { 'M' } else { 'L' };
+            data += &format!("{command}{},{} ", round(x.at(*px)), round(y.at(*py)));
+        }
+        let class = format!("cell cell-{}", shape.kind.word());
+        let path = Path::new().set("class", class).set("d", data.trim_end());
+        group.append(path.add(Title::new(shape.name.as_str())));
+    }
+    group
 }
 
 fn widen(span: Span, width: f64) -> Span {

@@ -1,7 +1,7 @@
 //! What a cell hears of the run around whose machine it stands, and what is judged of it at the end.
 
 use super::live::Shared;
-use super::{Report, Scene};
+use super::{Report, Scene, picture};
 use crate::sim::End;
 use crate::sim::trace::{Status, What};
 
@@ -25,8 +25,15 @@ impl Heard {
         Some(text)
     }
 
-    /// What the cell gives, at the end of the run, us.
-    pub fn judge(&mut self, scene: &Scene, cell: &Shared, us: u64, end: &End) -> Report {
+    /// What the cell gives, at the end of the run, us; with its picture if `draws`.
+    pub fn judge(
+        &mut self,
+        scene: &Scene,
+        cell: &Shared,
+        us: u64,
+        end: &End,
+        draws: bool,
+    ) -> Report {
         let how = match (end.status, end.fault) {
             (Status::Fault, Some(fault)) => fault.to_string(),
             (Status::Fault, None) => "fault".to_owned(),
@@ -46,6 +53,10 @@ impl Heard {
             let after = lines.partition_point(|(began, _)| *began <= us);
             after.checked_sub(1).and_then(|index| lines.get(index)).map_or(0, |(_, line)| *line)
         };
-        Report::of(scene, live.cell_mut(), end, &line_at)
+        let mut report = Report::of(scene, live.cell_mut(), end, &line_at);
+        if draws {
+            report.shapes = picture::shapes(live.cell(), us);
+        }
+        report
     }
 }

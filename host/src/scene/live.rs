@@ -4,10 +4,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use cell::kernel::{Action, Cell, Frame};
 use cell::law::{Rest, Steps};
+use cell::log::What;
 use emulator::plant::around::{Around, Change, Reply};
 use lang::profile::{InputRole, Profile};
 
 use super::Scene;
+use crate::sim::world::{Found, Things};
 
 /// Calls of a cell within one microsecond before time goes on: no cell settles so slowly.
 const MOST_CALLS: usize = 1_000;
@@ -42,6 +44,12 @@ pub struct Live {
     reply: Reply,
     /// What people and faults do at time 0: it waits until the run begins.
     first: Vec<Action>,
+    /// Inputs that the cell gives, input `n` in bit `n - 1`; the reply has those that a world lets through.
+    inputs: u32,
+    /// Inputs that hang: which, and those that are on.
+    forced: [u32; 2],
+    /// Events of the log that were looked at for things that were taken.
+    told: usize,
     /// Edges of inputs since they were taken: tick, number, state.
     edges: Vec<(u64, i32, bool)>,
     deeds: Vec<HostDeed>,
@@ -74,6 +82,9 @@ impl Shared {
             door,
             reply: Reply::default(),
             first: Vec::new(),
+            inputs: 0,
+            forced: [0; 2],
+            told: 0,
             edges: Vec::new(),
             deeds: Vec::new(),
         })))
@@ -88,6 +99,22 @@ impl Shared {
     /// The cell.
     pub fn get(&self) -> MutexGuard<'_, Live> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Things for Shared {
+    fn where_is(&self, name: &str, motors: [i64; 3]) -> Option<Found> {
+        let live = self.get();
+        let thing = live.cell.things().iter().find(|thing| thing.name == name)?;
+        Some(Found::of(live.cell.scene(), &thing.place, live.cell.tip(&steps(motors))))
+    }
+
+    fn hands(&self, name: &str, puts: bool, us: u64, motors: [i64; 3]) {
+        self.get().cell.hands(name, puts, &steps(motors), us);
+    }
+
+    fn force(&self, n: i32, on: Option<bool>) {
+        self.get().force(n, on);
     }
 }
 
@@ -137,6 +164,17 @@ impl Live {
         std::mem::take(&mut self.edges)
     }
 
+    /// Voltages as they are now.
+    fn look_at_voltages(&mut self, at: &Steps, us: u64) {
+        for (n, mv) in self.cell.voltages(at, us) {
+            if let Some(input) =
+                n.checked_sub(1).and_then(|n| self.reply.analog.get_mut(n as usize))
+            {
+                *input = Some(mv);
+            }
+        }
+    }
+
     /// What the host has to do since the last call.
     pub fn take_deeds(&mut self) -> Vec<HostDeed> {
         std::mem::take(&mut self.deeds)
@@ -184,11 +222,33 @@ impl Live {
     }
 
     fn input(&mut self, tick: u64, n: u32, on: bool) {
-        let was = self.reply.inputs & bit(n) != 0;
-        if was != on {
+        self.inputs = if on { self.inputs | bit(n) } else { self.inputs & !bit(n) };
+        let own = self.inputs & bit(n) & !self.forced[0];
+        if own != self.reply.inputs & bit(n) & !self.forced[0] {
             self.reply.inputs ^= bit(n);
             self.edges.push((tick, i32::try_from(n).unwrap_or(0), on));
         }
+    }
+
+    /// An input hangs in a state whatever the cell gives, or no more.
+    fn force(&mut self, n: i32, on: Option<bool>) {
+        let own = u32::try_from(n).map_or(0, bit);
+        let [which, states] = &mut self.forced;
+        *which = if on.is_some() { *which | own } else { *which & !own };
+        *states = if on == Some(true) { *states | own } else { *states & !own };
+        self.reply.inputs = self.inputs & !*which | *states;
+    }
+
+    /// Things that were taken since the last call.
+    pub fn take_taken(&mut self) -> Vec<String> {
+        let log = self.cell.log();
+        let new = log.get(self.told..).unwrap_or_default();
+        self.told = log.len();
+        let taken = new.iter().filter_map(|event| match &event.what {
+            What::Take { thing, .. } => Some(thing.clone()),
+            _ => None,
+        });
+        taken.collect()
     }
 }
 
@@ -212,6 +272,7 @@ impl Around for Live {
                 break;
             }
         }
+        self.look_at_voltages(&at, us);
         // Until the run begins nothing moves, and no time passes.
         let Some(zero) = self.zero else {
             return Reply { due: None, quiet: Reply::default().quiet, ..self.reply };

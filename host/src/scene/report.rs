@@ -6,6 +6,7 @@ use cell::things::Where;
 use serde::Serialize;
 
 use super::Scene;
+use super::picture::Shape;
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -22,8 +23,12 @@ pub struct Report {
     pub stayed: Vec<String>,
     /// Things that lie in a place with `reject`.
     pub rejected: Vec<String>,
+    /// What became of the first things that keep expectations from holding.
+    pub stories: Vec<String>,
     /// Lines of sums.
     pub sums: Vec<String>,
+    /// The cell from above, for pictures; empty unless it was asked for.
+    pub shapes: Vec<Shape>,
 }
 
 /// A row as a line of JSON.
@@ -58,13 +63,16 @@ impl Report {
             _ => false,
         });
         let sums = sums(cell, &end);
+        let stories = stories(cell, &rows, line_at);
         Self {
+            stories,
             held: names(&|thing| matches!(thing.place, Where::Held(_))),
             stayed: names(&|thing| thing.place == thing.home),
             rejected,
             rows,
             log: cell.log().to_vec(),
             sums,
+            shapes: Vec::new(),
             end,
         }
     }
@@ -79,7 +87,9 @@ impl Report {
             held: Vec::new(),
             stayed: Vec::new(),
             rejected: Vec::new(),
+            stories: Vec::new(),
             sums: Vec::new(),
+            shapes: Vec::new(),
         }
     }
 
@@ -99,7 +109,7 @@ impl Report {
     #[must_use]
     pub fn table(&self) -> String {
         let mut text = judge::table(&self.rows);
-        for sum in &self.sums {
+        for sum in self.stories.iter().chain(&self.sums) {
             text += sum;
             text.push('\n');
         }
@@ -116,6 +126,53 @@ impl Report {
         };
         self.rows.iter().map(line).collect()
     }
+}
+
+/// Things whose way is told at most.
+const MOST_STORIES: usize = 3;
+
+/// What became of the things that keep expectations from holding, a line each.
+fn stories(cell: &cell::kernel::Cell, rows: &[Row], line_at: &dyn Fn(u64) -> u32) -> Vec<String> {
+    let mut told: Vec<&String> = Vec::new();
+    for name in rows.iter().filter(|row| !row.holds).flat_map(|row| &row.things) {
+        if !told.contains(&name) && told.len() < MOST_STORIES {
+            told.push(name);
+        }
+    }
+    told.into_iter().map(|name| story(cell, name, line_at)).collect()
+}
+
+fn story(cell: &cell::kernel::Cell, name: &str, line_at: &dyn Fn(u64) -> u32) -> String {
+    let mut parts = Vec::new();
+    for event in cell.log() {
+        let what = match &event.what {
+            What::Take { thing, by } if thing == name => format!("taken by {by}"),
+            What::Drop { thing, mm } if thing == name && *mm >= 0.01 => format!("fell {mm:.2} mm"),
+            What::Rest { thing, on } if thing == name => format!("came to rest on {on}"),
+            What::Lost { thing, why } if thing == name => (*why).to_owned(),
+            What::Hit { thing, with, .. } if thing == name => format!("hit {with}"),
+            _ => continue,
+        };
+        let (seconds, line) = (event.us as f64 / 1e6, line_at(event.us));
+        parts.push(format!("{what} at {seconds:.3} s in line {line}"));
+    }
+    // The last of a long way are what explains the end.
+    let late = parts.len().saturating_sub(4);
+    let mut parts = parts.split_off(late);
+    if parts.is_empty() {
+        parts.push("never taken".to_owned());
+    }
+    let thing = cell.things().iter().find(|thing| thing.name == name);
+    match thing.map(|thing| (thing.place, thing.form.turn_deg.rem_euclid(360.0))) {
+        Some((Where::Stands([x, y, z]), turn)) => {
+            let turned =
+                if turn == 0.0 { String::new() } else { format!(", turned by {turn:.1} deg") };
+            parts.push(format!("stands at {x:.2} {y:.2} {z:.2}{turned}"));
+        }
+        Some((Where::Held(_), _)) => parts.push("hangs on the tool".to_owned()),
+        Some((Where::Gone, _)) | None => parts.push("is not there".to_owned()),
+    }
+    format!("{name}: {}", parts.join("; "))
 }
 
 /// What no cell models.

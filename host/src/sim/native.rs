@@ -339,6 +339,7 @@ impl Native {
         if self.failed.is_some() {
             return;
         }
+        self.stand_by_world(us);
         match self.scene.scenario.advance(us) {
             Ok(actions) => actions.into_iter().for_each(|action| self.apply(action)),
             Err(error) => {
@@ -346,6 +347,7 @@ impl Native {
                 self.halt(StopReason::Idle);
             }
         }
+        self.look_at_touch();
         self.scene.place_probe(&mut self.board.plant_mut());
     }
 

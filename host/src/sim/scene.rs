@@ -1,6 +1,8 @@
 //! What stands around a controller's pins: motors, switches and plates as the profile and the world say, and the world's
 //! actions on them. The emulated board and the simulated chip have the same.
 
+use std::rc::Rc;
+
 use emulator::Plant;
 use emulator::plant::Contact;
 use lang::axis::Axis;
@@ -156,6 +158,7 @@ impl Scene {
         }
         let shared = Shared::new(cell, frame, &self.profile, per_us);
         plant.surround(now, Some(shared.around()));
+        self.scenario.join(Rc::new(shared.clone()));
         Some((shared, switches.map(|place| i32::try_from(place?).ok())))
     }
 

@@ -9,6 +9,7 @@ mod plan;
 mod registers;
 #[cfg(test)]
 mod tests;
+mod things;
 
 use std::cell::RefCell;
 use std::fmt;
@@ -21,6 +22,8 @@ use rhai::{AST, Engine, EvalAltResult, Position, Scope};
 pub use self::functions::FUNCTIONS;
 use self::plan::{Job, Plan};
 pub use self::registers::{Registers, put};
+use self::things::Beside;
+pub use self::things::{Found, Things};
 use super::trace::PerAxis;
 use crate::scene::Scene;
 
@@ -216,6 +219,7 @@ impl World {
         let plan = Rc::new(RefCell::new(Plan::default()));
         plan.borrow_mut().switches = self.switches;
         plan.borrow_mut().registers = registers.clone();
+        plan.borrow_mut().beside = Beside::of(self.scene.as_ref().map(|scene| scene.cell.clone()));
         let (file, unattended, scene) = (self.file.clone(), self.unattended, self.scene.clone());
         if self.is_empty() {
             let (engine, ast) = (Engine::new_raw(), AST::empty());
@@ -324,6 +328,10 @@ impl Scenario {
                 Job::Release(button) => self.plan.borrow_mut().release(button),
                 Job::Press(button, hold_us) => self.plan.borrow_mut().press(button, hold_us),
                 Job::Act(action) => self.plan.borrow_mut().act(action),
+                Job::Hands(name, puts) => {
+                    // That the thing is there was looked up when it was planned.
+                    let _done = self.plan.borrow_mut().beside.hands(&name, puts);
+                }
                 // One step gives way to the next: there cannot be more than before.
                 Job::Ramp(place, number) => {
                     let _planned = self.plan.borrow_mut().climb(place, number);
@@ -358,6 +366,31 @@ impl Scenario {
     /// The cell around the machine.
     pub fn scene(&self) -> Option<&Scene> {
         self.scene.as_ref()
+    }
+
+    /// The cell runs: the world's functions ask and change it from now on.
+    pub fn join(&self, things: Rc<dyn Things>) {
+        self.plan.borrow_mut().beside.join(things);
+    }
+
+    /// Where the motors stand, steps from power-up, when the world acts next, at a time in us.
+    pub fn stand(&self, us: u64, motors: [i64; 3]) {
+        self.plan.borrow_mut().beside.stand(us, motors);
+    }
+
+    /// Whether the world has changed the cell since the last call: it must be asked anew.
+    pub fn take_touch(&self) -> bool {
+        self.plan.borrow_mut().beside.take_touch()
+    }
+
+    /// Things of the cell were taken at a time, us: what waits for them is due.
+    pub fn taken(&self, things: &[String], us: u64) {
+        let mut plan = self.plan.borrow_mut();
+        for call in things.iter().flat_map(|thing| plan.beside.waits_for(thing)).collect::<Vec<_>>()
+        {
+            // A world with too many plans goes on without this one, as with those of outputs.
+            let _planned = plan.schedule(us, Job::Call(call));
+        }
     }
 
     /// Where `switch_at` put the axis's reference switch: steps from the place at power-up.

@@ -97,6 +97,7 @@ struct Checker<'a> {
     open: Vec<VarId>,
     tables: Vec<hir::Table>,
     ports: Vec<hir::Port>,
+    analogs: Vec<(String, i32)>,
     /// By [`RoutineId`]; the main program first.
     infos: Vec<Info>,
     labels: labels::Labels<'a>,
@@ -136,6 +137,7 @@ impl<'a> Checker<'a> {
             open: Vec::new(),
             tables: Vec::new(),
             ports: Vec::new(),
+            analogs: Vec::new(),
             infos: (0..routines).map(|_| Info::default()).collect(),
             labels: labels::Labels::new(routines),
             scope: MAIN,
@@ -347,6 +349,7 @@ impl<'a> Checker<'a> {
             routines,
             labels: self.labels.to_hir(),
             ports: core::mem::take(&mut self.ports),
+            analogs: core::mem::take(&mut self.analogs),
             statements: self.statements,
             last_line: self.script.last_line.max(1),
         })

@@ -1,8 +1,11 @@
 //! Scripts that are broken on purpose, each found in the words that one would want to read.
 
+use pasapas::board::DEFAULT;
+use pasapas::board::engine::run_native_traced;
+use pasapas::sim::Options;
 use pasapas::sim::world::World;
 
-use super::{cell, native, program, report};
+use super::{cell, program, report};
 
 const RIGHT: &str = "OUTPUT pump = 3
 INPUT held = 3
@@ -27,49 +30,133 @@ part = [{ name = "chip", size = [8, 8, 4] }]
 feeder = [{ name = "tray", part = "chip", at = [20, 30, -26] }]
 fixture = [{ name = "floor", at = [20, 30, -30], size = [30, 30, 4] }, { name = "clamp", at = [40, 45, -30], size = [6, 6, 18] }]
 place = [{ name = "box", at = [60, 60, -16.5], size = [12, 12, 10] }]
-expect = [{ what = "in_place", place = "box", within = 1 }, { what = "no_collision" }, { what = "no_drop", within = 2 }, { what = "nothing_held" },
+expect = [{ what = "in_place", place = "box", of = "tray", within = 1, turn_within_deg = 5 }, { what = "no_collision" }, { what = "no_drop", within = 2 }, { what = "nothing_held" },
           { what = "nothing_on" }, { what = "ends", text = "done" }, { what = "prints", text = "placed" }]
 "#;
 
-/// The table of a run of a changed script.
-fn table(from: &str, to: &str) -> (bool, String) {
+/// The table of a run of a changed script in a changed cell.
+fn table([from, to]: [&str; 2], [cell_from, cell_to]: [&str; 2]) -> (bool, String) {
     let text = RIGHT.replacen(from, to, 1);
     assert!(from.is_empty() || text != RIGHT, "{from}");
+    let cell_text = CELL.replacen(cell_from, cell_to, 1);
+    assert!(cell_from.is_empty() || cell_text != CELL, "{cell_from}");
     let program = program(&text);
-    let world = World::unattended().with_scene(Some(cell(CELL, &program)));
-    let report = report(native(&program, &world).0);
+    let compiled = lang::back::compile(&program).unwrap();
+    let world = World::unattended().with_scene(Some(cell(&cell_text, &program)));
+    // What never ends is ended after ten minutes.
+    let options = Options { limit_us: 600_000_000, ..Options::default() };
+    let (run, _) = run_native_traced(DEFAULT, &program, &compiled, &world, &options).unwrap();
+    let report = report(run);
     (report.holds(), report.table())
 }
 
-#[test]
-fn each_mistake_is_told_in_its_words() {
-    let (holds, right) = table("", "");
-    assert!(holds, "{right}");
-    for (from, to, words) in [
-        // Carried too low, the part meets the clamp.
-        ("MoveAxe Z, 0mm\nG0 X60", "MoveAxe Z, -10mm\nG0 X60", "tray.1 hit clamp at "),
-        // Down too far: the nozzle's body meets the part, which gives way by 1 mm alone.
-        ("MoveAxe Z, -22.5mm", "MoveAxe Z, -25mm", "nozzle hit tray.1 at "),
-        // Crossing the clamp below its top with the tool alone.
-        (
+/// What is wrong with the script, from what, to what, and the words that say so.
+type Mistake = (&'static str, [&'static str; 2], [&'static str; 2], &'static str);
+
+const SAME: [&str; 2] = ["", ""];
+const TRAY: &str = "feeder = [{ name = \"tray\", part = \"chip\", at = [20, 30, -26] }]";
+
+const MISTAKES: &[Mistake] = &[
+    (
+        "too low: carried below the clamp's top",
+        ["MoveAxe Z, 0mm\nG0 X60", "MoveAxe Z, -10mm\nG0 X60"],
+        SAME,
+        "tray.1 hit clamp at ",
+    ),
+    (
+        "too low: pressed into the part",
+        ["MoveAxe Z, -22.5mm", "MoveAxe Z, -25mm"],
+        SAME,
+        "nozzle hit tray.1 at ",
+    ),
+    (
+        "crossing a clamp with the tool alone",
+        [
             "G0 X20 Y30\n",
             "MoveAxe X, 20mm\nMoveAxe Y, 30mm\nMoveAxe Z, -20mm\nMoveAxe X, 60mm\nMoveAxe Y, 45mm\nMoveAxe X, 30mm\nEND\n",
-            "nozzle hit clamp at ",
-        ),
-        // Too early: nobody waits for the vacuum.
-        ("WaitIn held, ON, 400ms\n", "", "in_place box  1                    0"),
-        // Wrong offset: the nozzle is not above the part.
-        ("G0 X20 Y30", "G0 X23 Y30", "F13"),
-        // Put down beside the place.
-        ("G0 X60 Y60", "G0 X70 Y60", "tray.1 fell "),
-        // Let go too high.
-        ("MoveAxe Z, -12mm, 40mm/s", "MoveAxe Z, -2mm, 40mm/s", "tray.1 fell 11.00 mm"),
-        // Nobody lets go: the end of the program switches the pump off, high above the place.
-        ("SetOut pump, OFF\nWaitIn held, OFF, 500ms\n", "", "tray.1 fell 13.00 mm"),
-        // Waits for an input that nobody drives.
-        ("WaitIn held, ON, 400ms", "WaitIn 5, ON", "stopped"),
-    ] {
-        let (holds, table) = table(from, to);
-        assert!(!holds && table.contains(words), "{to}: {words}: {table}");
+        ],
+        SAME,
+        "nozzle hit clamp at ",
+    ),
+    (
+        "too early: nobody waits for the vacuum",
+        ["WaitIn held, ON, 400ms\n", ""],
+        SAME,
+        "tray.1: never taken; stands at 20.00 30.00 -26.00",
+    ),
+    (
+        "not turned",
+        SAME,
+        [
+            TRAY,
+            "feeder = [{ name = \"tray\", part = \"chip\", at = [20, 30, -26], turn_deg = 90 }]",
+        ],
+        "turned by 90.0 deg",
+    ),
+    (
+        "the wrong feeder",
+        ["G0 X20 Y30", "G0 X20 Y60"],
+        [
+            TRAY,
+            "feeder = [{ name = \"tray\", part = \"chip\", at = [20, 30, -26] }, { name = \"spare\", part = \"chip\", at = [20, 60, -26] }]",
+        ],
+        "tray.1: never taken",
+    ),
+    (
+        "no vacuum test: the pocket is empty",
+        ["WaitIn held, ON, 400ms\n", "Wait 400ms\n"],
+        [
+            TRAY,
+            "feeder = [{ name = \"tray\", part = \"chip\", at = [20, 30, -26], pitch = [15, 0], count = [2, 1], empty = [1] }]",
+        ],
+        "tray.2: never taken",
+    ),
+    (
+        "the output is left on: the end of the program lets the part fall",
+        ["SetOut pump, OFF\nWaitIn held, OFF, 500ms\n", ""],
+        SAME,
+        "tray.1 fell 13.00 mm",
+    ),
+    ("a wrong offset: the nozzle is not above the part", ["G0 X20 Y30", "G0 X23 Y30"], SAME, "F13"),
+    ("a wrong offset: beside the place", ["G0 X60 Y60", "G0 X70 Y60"], SAME, "tray.1 fell "),
+    (
+        "let go too high",
+        ["MoveAxe Z, -12mm, 40mm/s", "MoveAxe Z, -2mm, 40mm/s"],
+        SAME,
+        "tray.1 fell 11.00 mm",
+    ),
+    (
+        "a race with the switch: asked before it can answer",
+        ["WaitIn held, ON, 400ms\n", "Wait 20ms\nIF NOT IN(held) THEN END\n"],
+        SAME,
+        "0 times",
+    ),
+    (
+        "a retry that never ends",
+        [
+            "WaitIn held, ON, 400ms\n",
+            "DO\nMoveAxe Z, 0mm\nMoveAxe Z, -22.5mm\nWaitIn? held, ON, 400ms\nLOOP WHILE TIMEDOUT\n",
+        ],
+        [
+            TRAY,
+            "feeder = [{ name = \"tray\", part = \"chip\", at = [20, 30, -26], pitch = [15, 0], count = [2, 1], empty = [1] }]",
+        ],
+        "stopped",
+    ),
+    (
+        "waits for an input that nobody drives",
+        ["WaitIn held, ON, 400ms", "WaitIn 5, ON"],
+        SAME,
+        "stopped",
+    ),
+];
+
+#[test]
+fn each_mistake_is_told_in_its_words() {
+    let (holds, right) = table(SAME, SAME);
+    assert!(holds, "{right}");
+    for (name, script, cell, words) in MISTAKES {
+        let (holds, table) = table(*script, *cell);
+        assert!(!holds && table.contains(words), "{name}: {words}: {table}");
     }
 }

@@ -2,10 +2,12 @@
 
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
+use lang::hir::Program;
 use pasapas::board::{DEFAULT, engine};
+use pasapas::scene::{self, Scene};
 use pasapas::sim::trace::{Event, Status, What};
 use pasapas::sim::world::{FUNCTIONS, World};
-use pasapas::sim::{Engine, Options, Outcome, run_traced};
+use pasapas::sim::{Engine, Options, Outcome, Rules, run_traced};
 
 const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../host/worlds.md");
 
@@ -37,6 +39,8 @@ fn the_table_is_that_of_the_functions() {
 
 struct Example<'a> {
     script: &'a str,
+    /// The cell that the world is beside, if one is.
+    cell: Option<&'a str>,
     world: &'a str,
     said: &'a str,
 }
@@ -50,9 +54,16 @@ fn block<'a>(text: &'a str, language: &str) -> Option<(&'a str, &'a str)> {
 fn examples(mut page: &str) -> Vec<Example<'_>> {
     let mut examples = Vec::new();
     while let Some((script, rest)) = block(page, "basic") {
+        let (cell, rest) = match (rest.find("```toml\n"), rest.find("```rhai\n")) {
+            (Some(cell), Some(world)) if cell < world => {
+                let (cell, rest) = block(rest, "toml").expect("a cell");
+                (Some(cell), rest)
+            }
+            _ => (None, rest),
+        };
         let (world, rest) = block(rest, "rhai").expect("a world behind each script");
         let (said, rest) = block(rest, "text").expect("what it prints behind each world");
-        examples.push(Example { script, world, said });
+        examples.push(Example { script, cell, world, said });
         page = rest;
     }
     examples
@@ -75,6 +86,14 @@ fn said(outcome: &Outcome, events: &[Event]) -> String {
     format!("{text}ends: {end}\n")
 }
 
+fn scene_of(cell: &str, program: &Program) -> Scene {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("job.cell.toml");
+    std::fs::write(&file, cell).expect("it is written");
+    let read = scene::read(&file.display().to_string(), &program.profile, Some(program));
+    read.unwrap_or_else(|notes| panic!("{notes:?}")).0
+}
+
 #[test]
 fn the_examples_do_what_the_page_says_on_every_engine() {
     let page = page();
@@ -84,13 +103,16 @@ fn the_examples_do_what_the_page_says_on_every_engine() {
         let shown = examples.iter().any(|example| example.world.contains(&name));
         assert!(shown, "no example has {call}");
     }
-    let options = Options::default();
-    for Example { script, world, said: expected } in examples {
+    for Example { script, cell, world, said: expected } in examples {
         let source = Source::new("worlds.md", script.to_owned());
         let (program, diags) = compile(&source, ProfileChoice::built_in());
         let program = program.unwrap_or_else(|| panic!("{script}\n{}", diags.render(&source)));
         let on_board = !world.contains(SIMULATED);
         let world = World::parse("worlds.md", world).unwrap_or_else(|error| panic!("{error}"));
+        let world = world.with_scene(cell.map(|cell| scene_of(cell, &program)));
+        // A cell hangs on pins, which the model lacks.
+        let rules = if cell.is_some() { Rules::Firmware } else { Rules::default() };
+        let options = Options { rules, ..Options::default() };
         for engine in [Engine::Rhai, Engine::Vm] {
             let (outcome, events) = run_traced(&program, engine, &world, &options)
                 .unwrap_or_else(|error| panic!("{script}\n{error}"));

@@ -1,6 +1,8 @@
 //! Tools of a cell file.
 
 use super::{Builder, us};
+use crate::pressure::MOST_MV;
+use crate::problem::Problem;
 use crate::scene::{Block, Gripper, Tool, ToolKind, Vacuum};
 use crate::value::Entry;
 
@@ -97,6 +99,20 @@ impl Builder<'_> {
                     "C004",
                     entry.span_of(key),
                     format!("`{key}` is {least}; it must not be above `{other}`, {most}"),
+                );
+            }
+        }
+        if vacuum.kpa[0] == vacuum.kpa[1] {
+            let text = format!("`kpa` is {0} twice; its two pressures must differ", vacuum.kpa[0]);
+            self.wrong("C004", entry.span_of("kpa"), text);
+        } else if vacuum.analog.is_some() {
+            let mv = [0.0, vacuum.sealed_kpa].map(|kpa| vacuum.volts_at(kpa) * 1000.0);
+            if let Some(mv) = mv.into_iter().find(|mv| !(0.0..=MOST_MV).contains(mv)) {
+                let text =
+                    format!("`volts`: the sensor gives {mv:.0} mV; a pin has 0 to {MOST_MV} mV");
+                self.problems.push(
+                    Problem::warning("C004", entry.span_of("volts"), text)
+                        .hint("what lies beyond is cut off by the pin: put a divider before it"),
                 );
             }
         }

@@ -15,23 +15,15 @@ pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
         let span = quoted.or_else(|| text.find(name).map(|at| at..at + name.len()));
         found.push(Problem::warning("C016", span.unwrap_or(0..0), words));
     };
-    let analog = "waits for analog inputs, which are not simulated yet";
     for tool in &scene.tools {
         let name = &tool.name;
         match &tool.kind {
-            ToolKind::Vacuum(vacuum) => {
-                if vacuum.analog.is_some() {
-                    tell(name, format!("`analog` of tool \"{name}\" {analog}"));
-                }
-                if vacuum.hold_n.is_some() {
-                    tell(
-                        name,
-                        format!(
-                            "`hold_n` of tool \"{name}\" has no effect yet: no part is lost by acceleration"
-                        ),
-                    );
-                }
-            }
+            ToolKind::Vacuum(vacuum) if vacuum.hold_n.is_some() => tell(
+                name,
+                format!(
+                    "`hold_n` of tool \"{name}\" has no effect yet: no part is lost by acceleration"
+                ),
+            ),
             ToolKind::Drill { flute, plunge_mm_s, .. } => {
                 if flute.is_some() {
                     tell(name, format!("`flute` of tool \"{name}\" has no effect yet"));
@@ -76,16 +68,11 @@ pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
                 ),
             );
         }
-        if conveyor.counter.is_some() {
-            tell(name, format!("`counter` of conveyor \"{name}\" has no effect yet"));
-        }
     }
     for sensor in &scene.sensors {
         let name = &sensor.name;
-        if sensor.analog.is_some() {
-            tell(name, format!("`analog` of sensor \"{name}\" {analog}"));
-        } else if matches!(sensor.eye, Eye::Distance(..)) && sensor.input.is_none() {
-            tell(name, format!("sensor \"{name}\" has no `input`: its voltage {analog}"));
+        if sensor.analog.is_some() && !matches!(sensor.eye, Eye::Distance(..)) {
+            tell(name, format!("`analog` of sensor \"{name}\" has no effect: a distance has it"));
         }
     }
     for vary in &scene.varies {
@@ -93,11 +80,6 @@ pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
             && FAULTS.contains(&fault.as_str())
         {
             tell(fault, format!("fault \"{fault}\" strikes nobody yet"));
-        }
-        if let Vary::Number { key, .. } = vary
-            && crate::vary::values(scene, key).is_empty()
-        {
-            tell(key, format!("`vary` of \"{key}\" has no effect yet: every run has the same"));
         }
     }
     if !scene.stop_on.is_empty() {

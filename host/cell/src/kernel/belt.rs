@@ -196,7 +196,7 @@ impl Cell {
 }
 
 /// The block that an eye looks at.
-pub(super) fn sight(eye: &Eye) -> Option<Block> {
+pub fn sight(eye: &Eye) -> Option<Block> {
     match eye {
         Eye::Beam(from, to) | Eye::Distance(from, to, _) => Some(Block {
             low: std::array::from_fn(|axis| from[axis].min(to[axis])),

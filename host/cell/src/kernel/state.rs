@@ -21,6 +21,8 @@ pub(super) struct ToolState {
     pub(super) due: Option<u64>,
     /// The hole that the drill is in, with its depth.
     pub(super) hole: Option<([f64; 2], f64)>,
+    /// It only touches the stock, which tells that: it does not turn.
+    pub(super) probes: bool,
     /// When a drill turns.
     pub(super) turns_at: Option<u64>,
     /// Where and when a bead began, and its way so far.
@@ -38,6 +40,7 @@ impl ToolState {
             held: None,
             due: None,
             hole: None,
+            probes: false,
             turns_at: None,
             bead: None,
             last: [0.0; 3],

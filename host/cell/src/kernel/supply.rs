@@ -99,7 +99,7 @@ impl Cell {
     }
 
     /// A person takes a thing away, or puts it where it was at the start.
-    pub(super) fn hands(&mut self, name: &str, puts: bool, at: &Steps, us: u64) {
+    pub fn hands(&mut self, name: &str, puts: bool, at: &Steps, us: u64) {
         let Some(which) = self.things.iter().position(|thing| thing.name == name) else { return };
         if matches!(self.things[which].place, Where::Held(_)) {
             return; // nobody reaches under a tool that holds it

@@ -6,6 +6,9 @@ use crate::log::What;
 use crate::scene::{ToolKind, V3, Vacuum};
 use crate::things::{Where, landing};
 
+/// A drill that stands still may touch a stock that tells it so deep, mm: the way in which an axis stops.
+const TOUCH_MM: f64 = 0.3;
+
 fn distance(a: V3, b: V3) -> f64 {
     (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
 }
@@ -98,9 +101,14 @@ impl Cell {
             _ => 0.0,
         });
         let turns = self.tool.turns_at.is_some_and(|turns| turns <= us);
+        self.tool.probes &= !turns;
+        let probes = self.tool.probes;
         if let Some((middle, depth)) = &mut self.tool.hole {
             if turns {
                 *depth = depth.max(top - tip[2]);
+            }
+            if probes && top - tip[2] > TOUCH_MM {
+                return self.broken("was pressed into the stock while it stood still", tip, us);
             }
             if (middle[0] - tip[0]).hypot(middle[1] - tip[1]) > radius {
                 self.broken("moved sideways in its hole", tip, us);
@@ -128,12 +136,17 @@ impl Cell {
                 if self.tool.turns_at.is_some_and(|turns| turns <= us) {
                     self.tool.hole = Some(([tip[0], tip[1]], 0.0));
                     self.tool.last = tip;
+                } else if scene.stock.as_ref().is_some_and(|stock| stock.touch.is_some()) {
+                    // The stock tells that it is touched: a drill may probe it.
+                    self.tool.hole = Some(([tip[0], tip[1]], 0.0));
+                    (self.tool.probes, self.tool.last) = (true, tip);
                 } else {
                     self.broken("met the stock while it stood still", tip, us);
                 }
             }
             Some(ToolKind::Drill { diameter, .. }) => {
-                if let Some((at, depth)) = self.tool.hole.take() {
+                let drilled = !std::mem::take(&mut self.tool.probes);
+                if let Some((at, depth)) = self.tool.hole.take().filter(|_| drilled) {
                     self.hole(at, depth, diameter / 2.0, us);
                 }
             }

@@ -30,6 +30,9 @@ impl Names for Plain {
     fn has_analog(&self) -> bool {
         true
     }
+    fn has(&self, port: Port, n: u32) -> bool {
+        port != Port::Counter && (port != Port::Analog || n < 5)
+    }
     fn axes(&self) -> &str {
         "XYZ"
     }

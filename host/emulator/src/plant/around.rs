@@ -31,12 +31,21 @@ pub struct Reply {
     pub start: bool,
     /// Whether Stop is pressed.
     pub stop: bool,
+    /// Voltages that it gives to analog inputs, mV; `None` leaves an input to others.
+    pub analog: [Option<u16>; 4],
 }
 
 impl Default for Reply {
     /// Nothing ever changes.
     fn default() -> Self {
-        Self { quiet: [[i64::MIN, i64::MAX]; 3], due: None, inputs: 0, start: false, stop: false }
+        Self {
+            quiet: [[i64::MIN, i64::MAX]; 3],
+            due: None,
+            inputs: 0,
+            start: false,
+            stop: false,
+            analog: [None; 4],
+        }
     }
 }
 
@@ -56,6 +65,10 @@ pub(super) struct Listener {
 impl Listener {
     pub(super) fn inputs(&self) -> u32 {
         self.reply.inputs
+    }
+
+    pub(super) fn analog(&self) -> [Option<u16>; 4] {
+        self.reply.analog
     }
 
     pub(super) fn buttons(&self) -> [bool; 2] {
@@ -84,6 +97,13 @@ impl Plant {
     /// Whoever is around the machine has changed by itself, or was changed from outside: it is asked again.
     pub fn ask_around(&mut self, now: u64) {
         self.tell(now, Change::Time);
+    }
+
+    /// Voltages at the analog inputs, mV: those of whoever is around the machine, else those of [`Plant::analog`].
+    #[must_use]
+    pub fn volts(&self) -> [u16; 4] {
+        let around = self.around.analog();
+        std::array::from_fn(|n| around[n].unwrap_or(self.analog[n]))
     }
 
     /// When something changes around the machine by itself, ticks.

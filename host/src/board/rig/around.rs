@@ -41,6 +41,25 @@ impl<B: Hardware> Rig<B> {
             }
         }
         self.inputs.extend(cell.get().take_edges());
+        let taken = cell.get().take_taken();
+        self.scene.scenario.taken(&taken, self.us());
+    }
+
+    /// Where the motors stand, for a world that asks the cell about it.
+    pub(super) fn stand_by_world(&self, us: u64) {
+        if self.cell.is_some() {
+            let motors = [0, 1, 2].map(|axis| self.board.plant().motors[axis].position);
+            self.scene.scenario.stand(us, motors);
+        }
+    }
+
+    /// What the world has done to the cell.
+    pub(super) fn look_at_touch(&mut self) {
+        if self.scene.scenario.take_touch() {
+            let now = self.now();
+            self.board.plant_mut().ask_around(now);
+            self.look_at_cell();
+        }
     }
 
     /// The cell around the machine, if there is one.

@@ -21,6 +21,6 @@ impl<B: Hardware> Run<'_, '_, B> {
     pub(super) fn judge_cell(&mut self, us: u64, end: &End) -> Option<Report> {
         let scene = self.job.world.scene()?;
         let cell = self.rig.borrow().cell().cloned()?;
-        Some(self.heard.judge(scene, &cell, us, end))
+        Some(self.heard.judge(scene, &cell, us, end, self.job.options.record))
     }
 }

@@ -94,6 +94,11 @@ function extent(k, least) {
       low = Math.min(low, curve.data[i]);
       high = Math.max(high, curve.data[i]);
     }
+  if (k < 2) for (const shape of RUN.cell || [])
+    for (const point of shape.points) {
+      low = Math.min(low, point[k]);
+      high = Math.max(high, point[k]);
+    }
   if (low > high) low = high = 0;
   const room = Math.max((least - (high - low)) / 2, 0) + (high - low) * 0.06;
   return [low - room, high + room];
@@ -213,6 +218,26 @@ function drawBySpeed(g, curve, x, y, kx, ky) {
   }
 }
 
+// The cell from above: what is there at the present time.
+const LOOKS = {
+  stock: ["zero", 0.25], belt: ["zero", 0.15], place: ["on", 0], fixture: ["soft", 0.25], thing: ["in", 0.45], sensor: ["probe", 0],
+  hole: ["text", 0.8], bead: ["on", 0], hit: ["fault", 0],
+};
+function drawCell(g, x, y) {
+  for (const shape of RUN.cell || []) {
+    if (shape.from > state.now || (shape.to < state.now && shape.to < RUN.end)) continue;
+    const [name, fill] = LOOKS[shape.kind];
+    g.beginPath();
+    shape.points.forEach(([px, py], i) => (i ? g.lineTo(x(px), y(py)) : g.moveTo(x(px), y(py))));
+    g.strokeStyle = g.fillStyle = color(name);
+    g.lineWidth = shape.kind === "bead" || shape.kind === "hit" ? 3 : 1;
+    g.globalAlpha = fill;
+    if (fill) g.fill();
+    g.globalAlpha = 1;
+    g.stroke();
+  }
+}
+
 // Strokes of Z alone are points from above: a ring, filled once it is done.
 function drawHoles(g, x, y) {
   for (const curve of curves) {
@@ -257,6 +282,7 @@ function drawTop() {
   const g = top_.context;
   g.save();
   g.beginPath(); g.rect(f.box[0], f.box[1], f.box[2] - f.box[0], f.box[3] - f.box[1]); g.clip();
+  drawCell(g, f.x, f.y);
   drawPath(g, f.x, f.y, 0, 1);
   drawHoles(g, f.x, f.y);
   if (state.hover) {

@@ -43,10 +43,11 @@ impl Native {
     /// What the cell asks of the host.
     pub(super) fn look_at_cell(&mut self) {
         let Some(around) = &self.around else { return };
-        let (deeds, edges) = {
+        let (deeds, edges, taken) = {
             let mut cell = around.cell.get();
-            (cell.take_deeds(), cell.take_edges())
+            (cell.take_deeds(), cell.take_edges(), cell.take_taken())
         };
+        self.scene.scenario.taken(&taken, self.now_us());
         if !deeds.is_empty() || !edges.is_empty() {
             self.board.disturb();
             self.alive_us = self.now_us();
@@ -65,6 +66,24 @@ impl Native {
                     self.scene.stall(axis, steps, &mut self.board.plant_mut());
                 }
             }
+        }
+    }
+
+    /// Where the motors stand, for a world that asks the cell about it.
+    pub(super) fn stand_by_world(&self, us: u64) {
+        if self.around.is_some() {
+            let motors = self.board.plant().motors.each_ref().map(|motor| motor.position);
+            self.scene.scenario.stand(us, motors);
+        }
+    }
+
+    /// What the world has done to the cell.
+    pub(super) fn look_at_touch(&mut self) {
+        if self.scene.scenario.take_touch() {
+            let now = self.board.cycles();
+            self.board.plant_mut().ask_around(now);
+            self.board.disturb();
+            self.look_at_cell();
         }
     }
 
@@ -100,8 +119,8 @@ impl Native {
 
     /// What the cell gives, at the end of the run.
     pub fn report(&mut self, end: &End) -> Option<Report> {
-        let us = self.end_us();
+        let (us, draws) = (self.end_us(), self.options.record);
         let Around { cell, heard } = self.around.as_mut()?;
-        Some(heard.judge(self.scene.scenario.scene()?, cell, us, end))
+        Some(heard.judge(self.scene.scenario.scene()?, cell, us, end, draws))
     }
 }

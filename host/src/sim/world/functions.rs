@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use lang::axis::Axis;
 use lang::profile::ANALOGS;
-use rhai::{Dynamic, Engine, EvalAltResult, FnPtr, NativeCallContext};
+use rhai::{Dynamic, Engine, EvalAltResult, FnPtr, Map, NativeCallContext};
 
 use super::plan::{Expectation, Job, Plan};
 use super::{Action, Button, PRESS_US};
@@ -52,6 +52,19 @@ pub const FUNCTIONS: &[(&str, &str)] = &[
         "unattended()",
         "All that the world does not say is as without one: Start is pressed for who waits for it, and reference \
          switches are out of the way until their axis is homed. On engine board they stand 20 mm off, as in every world.",
+    ),
+    ("force_in(n, on)", "Input `n` hangs in this state, whatever world and cell give to it."),
+    ("free_in(n)", "It hangs no more."),
+    (
+        "at_take(\"tray\", || ...)",
+        "Each time the tool takes a thing of this feeder, conveyor or part of the cell, or this thing (`tray.3`), the function runs.",
+    ),
+    ("remove(\"tray.3\")", "Somebody takes this thing of the cell away, unless the tool holds it."),
+    ("put(\"tray.3\")", "Somebody puts it where it was at the start."),
+    (
+        "where_is(\"tray.3\")",
+        "Where it is: a map with `state` (`stands`, `held`, `gone`), `place` (the place that it lies in, or an empty text) and \
+         `x`, `y`, `z`, the middle of its bottom in the cell's frame in um.",
     ),
     ("expect_out(n, on)", "At the end of the run output `n` must be on or off."),
     (
@@ -126,6 +139,7 @@ fn state(context: &NativeCallContext<'_>, value: &Dynamic) -> Result<bool, Box<E
 pub fn register(engine: &mut Engine, plan: &Rc<RefCell<Plan>>) {
     time(engine, plan);
     stimuli(engine, plan);
+    things(engine, plan);
     expectations(engine, plan);
 }
 
@@ -259,6 +273,49 @@ fn stimuli(engine: &mut Engine, shared: &Rc<RefCell<Plan>>) {
             }
             plan.borrow_mut().plates[axis.index()] = Some((steps, side));
             Ok(())
+        },
+    );
+}
+
+/// What is about the cell beside the world.
+fn things(engine: &mut Engine, shared: &Rc<RefCell<Plan>>) {
+    let plan = shared.clone();
+    engine.register_fn("force_in", move |c: NativeCallContext<'_>, n: i32, on: Dynamic| -> Done {
+        let (n, on) = (line(&c, n)?, state(&c, &on)?);
+        plan.borrow_mut().force(n, Some(on));
+        Ok(())
+    });
+    let plan = shared.clone();
+    engine.register_fn("free_in", move |c: NativeCallContext<'_>, n: i32| -> Done {
+        let n = line(&c, n)?;
+        plan.borrow_mut().force(n, None);
+        Ok(())
+    });
+    let plan = shared.clone();
+    engine.register_fn("at_take", move |c: NativeCallContext<'_>, name: &str, f: FnPtr| -> Done {
+        plan.borrow_mut().beside.hook(name, f).or_else(|text| fail(&c, text))
+    });
+    let plan = shared.clone();
+    engine.register_fn("remove", move |c: NativeCallContext<'_>, name: &str| -> Done {
+        plan.borrow_mut().hands(name, false).or_else(|text| fail(&c, text))
+    });
+    let plan = shared.clone();
+    engine.register_fn("put", move |c: NativeCallContext<'_>, name: &str| -> Done {
+        plan.borrow_mut().hands(name, true).or_else(|text| fail(&c, text))
+    });
+    let plan = shared.clone();
+    engine.register_fn(
+        "where_is",
+        move |c: NativeCallContext<'_>, name: &str| -> Result<Map, Box<EvalAltResult>> {
+            let found = plan.borrow().beside.where_is(name).or_else(|text| fail(&c, text))?;
+            let [x, y, z] = found.um;
+            let mut map = Map::new();
+            map.insert("state".into(), found.state.into());
+            map.insert("place".into(), found.place.into());
+            for (axis, um) in [("x", x), ("y", y), ("z", z)] {
+                map.insert(axis.into(), um.into());
+            }
+            Ok(map)
         },
     );
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use lang::axis::Axis;
 use rhai::FnPtr;
 
-use super::{Action, Button, Registers};
+use super::{Action, Beside, Button, Registers};
 use crate::sim::trace::PerAxis;
 
 /// Jobs and hooks that a world may have at a time.
@@ -22,6 +22,8 @@ pub enum Job {
     Press(Button, u64),
     /// The controller feels it.
     Act(Action),
+    /// Somebody takes a thing of the cell away, or puts it back.
+    Hands(String, bool),
     /// Another step of the ramp of an analog input, from 0; older ramps of it are over.
     Ramp(usize, u64),
 }
@@ -79,6 +81,10 @@ pub struct Plan {
     pub plates: [Option<(i32, i32)>; 3],
     /// The program's AT variables.
     pub registers: Registers,
+    /// The cell beside the world.
+    pub beside: Beside,
+    /// What the world itself gives to inputs, from 1.
+    inputs: BTreeMap<i32, bool>,
     jobs: BTreeMap<(u64, u64), Job>,
     sequence: u64,
     ramps: [Ramp; 4],
@@ -126,9 +132,33 @@ impl Plan {
         Ok(())
     }
 
-    /// The controller feels `action` now.
+    /// The controller feels `action` now, unless that is at an input that hangs.
     pub fn act(&mut self, action: Action) {
+        if let Action::Input { n, on } = action {
+            self.inputs.insert(n, on);
+            if self.beside.is_forced(n) {
+                return;
+            }
+        }
         self.actions.push(action);
+    }
+
+    /// From now on input `n`, from 1, hangs in a state; with `None` it is as world and cell give it.
+    pub fn force(&mut self, n: i32, on: Option<bool>) {
+        self.beside.force(n, on);
+        let own = self.inputs.get(&n).copied().unwrap_or(false);
+        self.actions.push(Action::Input { n, on: on.unwrap_or(own) });
+    }
+
+    /// Somebody takes a thing of the cell away, or puts it back: now, or when the run begins.
+    ///
+    /// # Errors
+    /// There is no such thing, or no cell, or too many things are planned.
+    pub fn hands(&mut self, name: &str, puts: bool) -> Result<(), String> {
+        if self.beside.hands(name, puts)? {
+            return Ok(());
+        }
+        self.schedule(0, Job::Hands(name.to_owned(), puts))
     }
 
     /// Analog input `n`, from 1, goes to a voltage, mV, within a time, us.

@@ -118,6 +118,7 @@ impl<'a> Checker<'a> {
                 for (name, value) in list {
                     let n = self.plain_constant(value, "ANALOG");
                     let n = n.filter(|&n| self.check_analog(n, value.span));
+                    self.analogs.extend(n.map(|n| (name.text.to_string(), n)));
                     self.declare(name, Entity::Analog(n));
                 }
             }

@@ -108,7 +108,7 @@ impl Bus {
             }
             Source::Converter => {
                 let second = self.part.ticks_per_second;
-                self.adc.event(self.plant.analog, self.vcc, second);
+                self.adc.event(self.plant.volts(), self.vcc, second);
             }
             Source::Supervisor => self.pmm.event(at, self.vcc),
             Source::Flash => {
