@@ -1,5 +1,7 @@
 // Values over time on a canvas: each in its own range, the newest at the right.
 
+import { sheet } from './dom.js';
+
 // Values that are kept, and the time that is shown, ms.
 const KEPT = 4000, SHOWN = 30000;
 
@@ -25,13 +27,9 @@ export class Chart {
 		if (list.length > KEPT) list.splice(0, KEPT / 4);
 	}
 	draw() {
-		const { canvas } = this, ratio = devicePixelRatio || 1;
-		const width = canvas.clientWidth, height = canvas.clientHeight;
+		const { canvas } = this, width = canvas.clientWidth, height = canvas.clientHeight;
 		if (canvas.hidden || !width) return;
-		canvas.width = width * ratio;
-		canvas.height = height * ratio;
-		const paper = canvas.getContext('2d'), now = performance.now();
-		paper.scale(ratio, ratio);
+		const paper = sheet(canvas), now = performance.now();
 		paper.font = '12px sans-serif';
 		const x = at => width - (now - at) / SHOWN * width;
 		let n = 0;

@@ -45,6 +45,23 @@ export function action(label, run, given = {}) {
 	} }, label);
 }
 
+// The last of `count` for which `fits` holds, where it holds for all before it, too; -1: for none.
+export function lastOf(count, fits) {
+	let lo = -1, hi = count - 1;
+	while (lo < hi) { const m = (lo + hi + 1) >> 1; if (fits(m)) lo = m; else hi = m - 1; }
+	return lo;
+}
+
+// A canvas of so many px of the page, ready to be drawn on.
+export function sheet(canvas, width = canvas.clientWidth, height = canvas.clientHeight, given = {}) {
+	const ratio = devicePixelRatio || 1;
+	canvas.width = width * ratio;
+	canvas.height = height * ratio;
+	const paper = canvas.getContext('2d', given);
+	paper.scale(ratio, ratio);
+	return paper;
+}
+
 // The page's colours at an element, by name.
 export function inks(element) {
 	const style = getComputedStyle(element);

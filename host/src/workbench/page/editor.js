@@ -3,6 +3,7 @@
 // spell checkers, screen readers and the clipboard see plain text.
 
 import { enter } from './blocks.js';
+import { lastOf } from './dom.js';
 
 // Height of a line in px, as in style.css, and lines beyond those in sight that are coloured.
 const HEIGHT = 20, AROUND = 30;
@@ -166,26 +167,14 @@ export class Editor {
 	}
 	// Node and offset of an offset in the text.
 	place(at) {
-		let lo = 0, hi = this.nodes.length - 1;
-		while (lo < hi) {
-			const m = (lo + hi + 1) >> 1;
-			if (this.nodes[m][0] <= at) lo = m; else hi = m - 1;
-		}
-		const [start, node] = this.nodes[lo] ?? [0, this.text];
+		const [start, node] = this.nodes[Math.max(0, lastOf(this.nodes.length, n => this.nodes[n][0] <= at))] ?? [0, this.text];
 		return [node, Math.min(at - start, node.length ?? 0)];
 	}
 	range(start, end) {
 		const [a, b] = [this.place(start), this.place(end)];
 		return new StaticRange({ startContainer: a[0], startOffset: a[1], endContainer: b[0], endOffset: b[1] });
 	}
-	line(at) {
-		let lo = 0, hi = this.lines.length - 1;
-		while (lo < hi) {
-			const m = (lo + hi + 1) >> 1;
-			if (this.lines[m] <= at) lo = m; else hi = m - 1;
-		}
-		return lo;
-	}
+	line(at) { return Math.max(0, lastOf(this.lines.length, n => this.lines[n] <= at)); }
 	row(n) { return this.value.slice(this.lines[n], (this.lines[n + 1] ?? this.value.length + 1) - 1); }
 	// Offset of a place in the page, such as the caret's.
 	offset(node, at) {

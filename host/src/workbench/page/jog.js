@@ -24,32 +24,29 @@ export class Jog {
 	}
 	get held() { return this.#held !== null; }
 
-	// Makes a button move an axis; by a step, or as long as it is held.
-	arm(button, axis, positive) {
+	// What is done as long as a button is held, by pointer or key; not while `holds` says no.
+	#hold(button, begin, holds = () => true) {
 		button.addEventListener('pointerdown', e => {
 			if (!e.isPrimary || e.button !== 0) return;
 			e.preventDefault();
 			button.focus({ preventScroll: true });
-			if (this.step() === 0) {
-				button.setPointerCapture(e.pointerId);
-				this.begin(button, axis, positive);
-			}
+			if (!holds()) return;
+			button.setPointerCapture(e.pointerId);
+			begin();
 		});
-		for (const name of ['pointerup', 'pointercancel', 'lostpointercapture', 'blur']) {
-			button.addEventListener(name, () => this.end());
-		}
+		for (const name of ['pointerup', 'pointercancel', 'lostpointercapture', 'blur']) button.addEventListener(name, () => this.end());
 		button.addEventListener('contextmenu', e => e.preventDefault());
-		button.addEventListener('keydown', e => {
-			if (e.key !== ' ' && e.key !== 'Enter') return;
-			if (this.step() !== 0) return;
+		const key = (name, run) => button.addEventListener(name, e => {
+			if (e.key !== ' ' && e.key !== 'Enter' || !holds()) return;
 			e.preventDefault();
-			if (!e.repeat) this.begin(button, axis, positive);
+			run(e);
 		});
-		button.addEventListener('keyup', e => {
-			if (e.key !== ' ' && e.key !== 'Enter' || this.step() !== 0) return;
-			e.preventDefault();
-			this.end();
-		});
+		key('keydown', e => { if (!e.repeat) begin(); });
+		key('keyup', () => this.end());
+	}
+	// Makes a button move an axis; by a step, or as long as it is held.
+	arm(button, axis, positive) {
+		this.#hold(button, () => this.begin(button, axis, positive), () => this.step() === 0);
 		button.addEventListener('click', () => {
 			const step = this.step();
 			if (step !== 0) this.move(axis, positive ? step : -step);
@@ -58,26 +55,10 @@ export class Jog {
 	// Makes a button go to a place while it is held, an axis after the other: `plan` gives
 	// [[axis, machine position in steps], ...]. Who lets go stops it; at the place it rests.
 	armTo(button, plan) {
-		const begin = () => {
+		this.#hold(button, () => {
 			this.#way = { button, rest: plan() };
 			this.#last = 0;
 			this.#follow();
-		};
-		button.addEventListener('pointerdown', e => {
-			if (!e.isPrimary || e.button !== 0) return;
-			e.preventDefault();
-			button.focus({ preventScroll: true });
-			button.setPointerCapture(e.pointerId);
-			begin();
-		});
-		for (const name of ['pointerup', 'pointercancel', 'lostpointercapture', 'blur', 'keyup']) {
-			button.addEventListener(name, () => this.end());
-		}
-		button.addEventListener('contextmenu', e => e.preventDefault());
-		button.addEventListener('keydown', e => {
-			if (e.key !== ' ' && e.key !== 'Enter') return;
-			e.preventDefault();
-			if (!e.repeat) begin();
 		});
 	}
 	// The next axis of the way, when the one before is at its place and its hold is over.

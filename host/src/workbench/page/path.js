@@ -1,6 +1,6 @@
 // The tool path on a canvas: stroked once into a bitmap that pan and zoom move; the line of the caret, marker,
 // trail and the live machine are drawn on top.
-import { inks } from './dom.js';
+import { inks, lastOf } from './dom.js';
 import { WIDTH, CLASSES, classify, colour, extent, nearest, piecesOf, strokes } from './strokes.js';
 
 // Points of the trail that are kept.
@@ -388,9 +388,8 @@ export class PathView {
 	// Place and line at a time in s.
 	at(time) {
 		const { points, words, count } = this;
-		let lo = 0, hi = count - 1;
 		if (count === 0) return null;
-		while (lo < hi) { const m = (lo + hi + 1) >> 1; if (points[m * WIDTH] <= time) lo = m; else hi = m - 1; }
+		const lo = Math.max(0, lastOf(count, n => points[n * WIDTH] <= time));
 		const a = lo * WIDTH, b = Math.min(lo + 1, count - 1) * WIDTH;
 		const part = points[b] > points[a] ? Math.min(1, Math.max(0, (time - points[a]) / (points[b] - points[a]))) : 0;
 		const place = [1, 2, 3].map(n => points[a + n] + (points[b + n] - points[a + n]) * part);

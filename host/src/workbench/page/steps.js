@@ -7,6 +7,7 @@ import { rate } from './rate.js';
 const p = (...words) => h('p', {}, ...words);
 const bar = (...parts) => h('div', { className: 'bar' }, ...parts);
 const number = (label, value, given = {}) => numberField({ value, ariaLabel: label, ...given });
+const plain = role => role.replaceAll('_', ' ');
 const whole = field => of(field, { whole: true });
 const choice = (label, values, value, given = {}) => {
 	const own = h('select', { ariaLabel: label, ...given }, ...values.map(one => h('option', { value: one }, String(one).replaceAll('_', ' ') || 'none')));
@@ -64,9 +65,9 @@ export const STEPS = {
 			const all = ['reference_x', 'reference_y', 'reference_z'].filter(role => profile[role.at(-1)]).concat(roles.inputs.filter(role => !role.startsWith('reference')));
 			const where = role => profile.input.filter(one => one.role === role).map(one => `input ${one.n}${one.invert ? ', on when open' : ''}`).join(' and ')
 				|| (references[role] ? `input ${references[role]} (the wiring’s)` : 'none');
-			const rows = all.map(role => h('tr', {}, h('th', { scope: 'row' }, role.replaceAll('_', ' ')), h('td', {}, where(role)), h('td', {},
-				action('Press it…', () => { kit.must(); wanted = role; before = kit.state?.picture.status?.inputs ?? []; text(told, `Press and hold the ${role.replaceAll('_', ' ')} now.`); }, { ariaLabel: `Press ${role.replaceAll('_', ' ')}` }),
-				profile.input.some(one => one.role === role) ? action('Take out', () => kit.change({ input: lean(profile.input.filter(one => one.role !== role)) }), { ariaLabel: `Take ${role.replaceAll('_', ' ')} out` }) : '')));
+			const rows = all.map(role => h('tr', {}, h('th', { scope: 'row' }, plain(role)), h('td', {}, where(role)), h('td', {},
+				action('Press it…', () => { kit.must(); wanted = role; before = kit.state?.picture.status?.inputs ?? []; text(told, `Press and hold the ${plain(role)} now.`); }, { ariaLabel: `Press ${plain(role)}` }),
+				profile.input.some(one => one.role === role) ? action('Take out', () => kit.change({ input: lean(profile.input.filter(one => one.role !== role)) }), { ariaLabel: `Take ${plain(role)} out` }) : '')));
 			const hear = async status => {
 				const on = status.inputs.filter(n => !before.includes(n)), off = before.filter(n => !status.inputs.includes(n));
 				if (!wanted || !on.length && !off.length) return;
@@ -75,7 +76,7 @@ export const STEPS = {
 				if (on.length + off.length > 1) { text(told, 'Several inputs changed at once: look at the wiring, and press it again.'); return; }
 				const n = on[0] ?? off[0], inverted = !on.length;
 				const old = profile.input.find(one => one.n === n);
-				const words = `${role.replaceAll('_', ' ')}: input ${n}${inverted ? ', which goes off when it is pressed: it is taken the other way round' : ''}.`;
+				const words = `${plain(role)}: input ${n}${inverted ? ', which goes off when it is pressed: it is taken the other way round' : ''}.`;
 				try {
 					// What the wiring has by itself needs no entry of its own.
 					const given = { role, invert: (board.find(one => one.n === n)?.invert ?? false) !== inverted };
@@ -87,7 +88,7 @@ export const STEPS = {
 			return {
 				content: [p('Press each by hand, one after the other; the number of its input is found, and whether it is on when open. A normally closed emergency stop goes off when it is pressed.'),
 					h('table', {}, h('tbody', {}, ...rows)), told,
-					bar(action('All of them answer', () => kit.next(id, all.filter(role => where(role) !== 'none').map(role => `${role.replaceAll('_', ' ')}: ${where(role)}`).join('; '))))],
+					bar(action('All of them answer', () => kit.next(id, all.filter(role => where(role) !== 'none').map(role => `${plain(role)}: ${where(role)}`).join('; '))))],
 				show: state => { if (state.picture.status) hear(state.picture.status); },
 			};
 		},

@@ -1,5 +1,5 @@
 // The simulation: what the run will be, at any time of it.
-import { h, $, text, time, mm, tell, lamp, inks } from './dom.js';
+import { h, $, text, time, mm, tell, lamp, inks, lastOf, sheet } from './dom.js';
 import { Pulses } from './pulses.js';
 import { amount } from './values.js';
 
@@ -193,9 +193,7 @@ export class Trial {
 	// Number of the newest event at or before a time; -1: there is none.
 	#event(us) {
 		const events = this.about?.events ?? [];
-		let lo = -1, hi = events.length - 1;
-		while (lo < hi) { const m = (lo + hi + 1) >> 1; if (events[m][0] <= us) lo = m; else hi = m - 1; }
-		return lo;
+		return lastOf(events.length, k => events[k][0] <= us);
 	}
 	#values(us) {
 		const cells = new Map();
@@ -220,7 +218,7 @@ export class Trial {
 	}
 	// Inputs, outputs, what is printed and the fault over time.
 	#timeline() {
-		const canvas = this.rows, ratio = devicePixelRatio || 1, { us, events, end } = this.about ?? { us: 0, events: [] };
+		const canvas = this.rows, { us, events, end } = this.about ?? { us: 0, events: [] };
 		const prints = events.filter(event => event[2] !== null), faulty = end?.status === 'fault';
 		// [name, is an output, spans]; marks are spans without a length.
 		const rows = [...events.length ? [['line', false, []]] : [], ...this.about?.rows ?? []];
@@ -232,10 +230,7 @@ export class Trial {
 		canvas.hidden = !rows.length;
 		if (!rows.length || !width) return;
 		canvas.style.height = `${height}px`;
-		canvas.width = width * ratio;
-		canvas.height = height * ratio;
-		const paper = canvas.getContext('2d', { willReadFrequently: true }), ink = inks(canvas);
-		paper.scale(ratio, ratio);
+		const paper = sheet(canvas, width, height, { willReadFrequently: true }), ink = inks(canvas);
 		paper.font = '11px sans-serif';
 		const x = at => 90 + Math.min(1, at / (this.span || 1)) * (width - 98), { draft, list } = this.pulses;
 		rows.forEach(([name, output, spans, input], n) => {

@@ -1,6 +1,6 @@
 // Beside the lines of the script: what the variables that they name hold at the time of the slider, where
 // a move with a value of the script goes to, and what PRINT wrote. Only of the very text that was simulated.
-import { h, mm } from './dom.js';
+import { h, mm, lastOf } from './dom.js';
 import { WIDTH } from './strokes.js';
 
 // Values beside a line; points and events that are looked back through for a line's last one.
@@ -60,12 +60,12 @@ export class Values {
 	// By line: where its last move until then went, or what it printed.
 	#told({ about, us }, first, last) {
 		const { points, words, count } = this.view, found = new Map();
-		const event = before(about.events.length, k => about.events[k][0] <= us);
+		const event = lastOf(about.events.length, k => about.events[k][0] <= us);
 		for (let k = us < (about.heard_us ?? Infinity) ? event : -1; k >= Math.max(0, event - BACK); k--) {
 			const [, line, print] = about.events[k];
 			if (print !== null && line > first && line <= last && !found.has(line)) found.set(line, `“${print}”`);
 		}
-		const point = before(count, k => points[k * WIDTH] <= us / 1e6 + 1e-6);
+		const point = lastOf(count, k => points[k * WIDTH] <= us / 1e6 + 1e-6);
 		for (let k = point; k >= Math.max(0, point - BACK); k--) {
 			const word = words[k * WIDTH + 4], line = word & 0xffffff;
 			// The last point of a line's piece is where it goes to; one that is under way is not there yet.
@@ -78,13 +78,6 @@ export class Values {
 }
 
 const bare = line => line.replace(/"[^"]*"?/g, '""').replace(/'.*$/, '');
-
-// The last of `count` for which `fits` holds, where it holds for all before it, too; -1: for none.
-function before(count, fits) {
-	let lo = -1, hi = count - 1;
-	while (lo < hi) { const m = (lo + hi + 1) >> 1; if (fits(m)) lo = m; else hi = m - 1; }
-	return lo;
-}
 
 export function amount(value, unit) {
 	if (unit === 'um') return `${+(value / 1000).toFixed(3)} mm`;
