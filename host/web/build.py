@@ -20,7 +20,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BENCH = ROOT / "host/src/workbench/page"
 SHARED = ["assist.js", "blocks.js", "document.js", "dom.js", "drag.js", "editor.js", "insert.js", "language.js", "lexer.js", "path.js", "pulses.js",
-          "strokes.js", "style.css", "tabs.js", "trial.js", "values.js"]
+          "strokes.js", "style.css", "tabs.js", "timeline.js", "trial.js", "values.js"]
 # Programs of other systems that are shown beside the scripts.
 FOREIGN = ["import/contour.nc", "import/dil14.isel", "import/drill.drl", "import/plate.pal"]
 # What a visitor waits for, as servers send it, bytes.

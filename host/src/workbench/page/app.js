@@ -1,5 +1,5 @@
 // The page: puts its parts together and shows how things stand.
-import { h, $, text, tell, action, refused } from './dom.js';
+import { h, $, text, tell, action, refused, hear } from './dom.js';
 import { Link } from './link.js';
 import { frame, head, SILENT } from './frame.js';
 import { lexer } from './lexer.js';
@@ -23,8 +23,8 @@ const link = new Link();
 const parts = {};
 frame(link, { ...SILENT, gone: 'The tool does not answer: it was ended, or the way to it is cut.' });
 
-link.addEventListener('welcome', e => begin(e.detail));
-link.addEventListener('state', e => show(e.detail));
+hear(link, 'welcome', e => begin(e.detail));
+hear(link, 'state', e => show(e.detail));
 
 function begin(welcome) {
 	if (!parts.editor) build(welcome);
@@ -49,6 +49,9 @@ function build(welcome) {
 	const run = new Run(link, editor, script, welcome.words.faults);
 	run.broken = () => editor.diags.some(own => own.kind === 'error');
 	const machine = new Machine(link);
+	run.axes = () => machine.machine?.axes ?? [];
+	run.rest = ({ count, all }) => trial.rest(count / all);
+	run.mark = places => view.show('spots', places);
 	const teach = new Teach(link, machine, script), pattern = new Pattern(link, machine, script);
 	pattern.view = teach.view = view;
 	const library = new Library(link);
@@ -58,11 +61,13 @@ function build(welcome) {
 	trial.dispatch = about => {
 		machine.build(about.machine, parts.welcome.virtual_board);
 		pattern.begin(about.machine);
-		if (trial.isNewest(about)) editor.halt(about.effects);
+		if (trial.isNewest(about)) trial.newest(about);
 	};
+	trial.newest = about => editor.halt(about.effects);
+	hear(script, 'synced', () => trial.settle());
 	trial.beside = new Values(editor, view);
 	new Drag(editor, script, view, trial, () => trial.about?.machine ?? machine.machine);
-	script.addEventListener('changed', title);
+	hear(script, 'changed', title);
 	const chosen = h('input', { type: 'file', id: 'own', hidden: true, onchange: e => {
 		const [file] = e.target.files;
 		e.target.value = '';
@@ -74,25 +79,24 @@ function build(welcome) {
 		new Insert(editor, welcome.words.statements ?? []).button,
 		action('Format', () => language.format(), { id: 'format', title: 'Ctrl+Shift+F' }),
 		action('Rename', () => language.rename(), { id: 'rename', title: 'F2', hidden: !welcome.lsp?.renameProvider }));
-	$('#helm').addEventListener('click', () => link.ask({ helm: !link.state?.mine }).catch(refused));
-	$('#quit').addEventListener('click', () => { if (confirm(parts.script?.dirty ? `${parts.script.file ?? 'The new script'} is not saved. End the workbench all the same? A copy stays beside it.` : 'End the workbench?')) link.say('quit'); });
-	$('#theirs').addEventListener('click', () => script.takeTheirs());
-	$('#mine').addEventListener('click', () => script.keepMine());
-	$('#from-disk').addEventListener('click', () => link.ask({ reload: true }));
-	$('#keep-text').addEventListener('click', () => link.ask({ reload: false }));
+	hear($('#helm'), 'click', () => link.ask({ helm: !link.state?.mine }).catch(refused));
+	hear($('#quit'), 'click', () => { if (confirm(parts.script?.dirty ? `${parts.script.file ?? 'The new script'} is not saved. End the workbench all the same? A copy stays beside it.` : 'End the workbench?')) link.say('quit'); });
+	hear($('#theirs'), 'click', () => script.takeTheirs());
+	hear($('#mine'), 'click', () => script.keepMine());
+	hear($('#from-disk'), 'click', () => link.ask({ reload: true }));
+	hear($('#keep-text'), 'click', () => link.ask({ reload: false }));
 	for (const [id, stop] of [['#press-start', false], ['#press-stop', true]]) {
 		let held = false;
 		const press = down => { if (held !== down) link.say({ press: { stop, down: held = down } }); };
 		const key = e => e.key === ' ' || e.key === 'Enter';
-		$(id).addEventListener('pointerdown', () => press(true));
-		for (const name of ['pointerup', 'pointercancel', 'pointerleave', 'blur']) $(id).addEventListener(name, () => press(false));
-		$(id).addEventListener('keydown', e => { if (key(e)) press(true); });
-		$(id).addEventListener('keyup', e => { if (key(e)) press(false); });
+		hear($(id), 'pointerdown', () => press(true));
+		hear($(id), 'pointerup pointercancel pointerleave blur', () => press(false));
+		hear($(id), 'keydown', e => { if (key(e)) press(true); });
+		hear($(id), 'keyup', e => { if (key(e)) press(false); });
 	}
 }
 
-$('#stop').addEventListener('pointerdown', stop);
-$('#stop').addEventListener('click', stop);
+hear($('#stop'), 'pointerdown click', stop);
 function stop() {
 	parts.machine?.jog.end();
 	link.say('stop');
@@ -145,7 +149,7 @@ function show(state) {
 	if (place) parts.view.follow(place, ['running', 'paused'].includes(status.state) && !picture.homing.length, homed);
 }
 
-addEventListener('keydown', e => {
+hear(window, 'keydown', e => {
 	const { language, assist } = parts;
 	const ctrl = e.ctrlKey || e.metaKey;
 	if (e.key === 'Escape' && e.shiftKey) stop();
@@ -158,9 +162,8 @@ addEventListener('keydown', e => {
 	e.preventDefault();
 });
 
-// A file that is dropped on the page is taken as a new script.
-addEventListener('dragover', e => { if (e.dataTransfer?.types.includes('Files')) e.preventDefault(); });
-addEventListener('drop', e => {
+hear(window, 'dragover', e => { if (e.dataTransfer?.types.includes('Files')) e.preventDefault(); });
+hear(window, 'drop', e => {
 	const [file] = e.dataTransfer?.files ?? [];
 	if (!file || e.target.matches?.('input[type=file]')) return;
 	e.preventDefault();
@@ -172,4 +175,4 @@ async function take(file) {
 	await link.ask({ take: { name: file.name, text: await file.text() } });
 }
 
-addEventListener('beforeunload', e => { if (parts.script && (!parts.script.synced || parts.script.split)) e.preventDefault(); });
+hear(window, 'beforeunload', e => { if (parts.script && (!parts.script.synced || parts.script.split)) e.preventDefault(); });

@@ -1,5 +1,5 @@
 // Completion list, hover and signature beside the text.
-import { h } from './dom.js';
+import { h, hear } from './dom.js';
 
 const MOST = 12;
 // Pause in typing after which a call's form is asked for, ms.
@@ -14,13 +14,13 @@ export class Assist {
 		this.hover = h('div', { className: 'pop hover', role: 'tooltip', hidden: true });
 		this.sign = h('div', { id: 'signature', className: 'pop hover', role: 'status', hidden: true });
 		document.body.append(this.list, this.hover, this.sign);
-		editor.text.addEventListener('keydown', e => this.#key(e), true);
-		editor.text.addEventListener('input', () => this.#typed());
-		editor.text.addEventListener('blur', () => { this.close(); this.sign.hidden = true; });
-		editor.root.addEventListener('scroll', () => { this.close(); this.hover.hidden = this.sign.hidden = true; });
-		editor.text.addEventListener('mousemove', e => this.#moved(e));
-		editor.text.addEventListener('mouseleave', () => this.#leave());
-		this.list.addEventListener('pointerdown', e => {
+		hear(editor.text, 'keydown', e => this.#key(e), true);
+		hear(editor.text, 'input', () => this.#typed());
+		hear(editor.text, 'blur', () => { this.close(); this.sign.hidden = true; });
+		hear(editor.root, 'scroll', () => { this.close(); this.hover.hidden = this.sign.hidden = true; });
+		hear(editor.text, 'mousemove', e => this.#moved(e));
+		hear(editor.text, 'mouseleave', () => this.#leave());
+		hear(this.list, 'pointerdown', e => {
 			e.preventDefault(); // the text keeps the focus
 			const n = [...this.list.children].indexOf(e.target.closest('li'));
 			if (n >= 0) { this.#at = n; this.#accept(); }
@@ -61,7 +61,6 @@ export class Assist {
 			form.documentation ? h('p', {}, form.documentation) : '');
 		this.#put(this.sign, this.editor.box(at), true);
 	}
-	// Asks the server for what may be written here.
 	async ask() {
 		const turn = ++this.#turn, [from] = this.#word();
 		const position = this.language.place(this.editor.caret());

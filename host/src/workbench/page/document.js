@@ -1,5 +1,5 @@
 // The script that the tool and all pages share: this page's copy, and how it goes back and forth.
-import { tell } from './dom.js';
+import { tell, hear } from './dom.js';
 
 // Pause in typing after which the tool gets the text, ms.
 const PAUSE = 250;
@@ -8,12 +8,12 @@ export class Script extends EventTarget {
 	number = 0; file = null; dirty = false; conflict = false;
 	// Too long to be changed by a page.
 	fixed = false;
-	#sent = ''; #timer = null; #flight = null; #theirs = null;
+	#sent = ''; #flying = null; #touched = false; #timer = null; #flight = null; #theirs = null;
 
 	constructor(link, editor) {
 		super();
 		Object.assign(this, { link, editor });
-		link.addEventListener('text', e => this.hear(e.detail));
+		hear(link, 'text', e => this.hear(e.detail));
 	}
 	// The tool's text when the page begins; what was typed while it was away stays.
 	begin(text) {
@@ -34,21 +34,31 @@ export class Script extends EventTarget {
 		this.#note(text);
 		this.#theirs = null;
 		if (text.text !== this.editor.value) this.editor.set(text.text);
-		this.#sent = this.editor.value;
-		this.dispatchEvent(new Event('synced'));
+		this.#has(this.editor.value);
 		this.#changed();
+	}
+	#has(text) {
+		this.#sent = text;
+		this.#touched = false;
+		this.dispatchEvent(new Event('synced'));
 	}
 	#changed() { this.dispatchEvent(new Event('changed')); }
 
 	// Another page, or another program on the file, changed it; or it was saved.
 	hear(text) {
 		const own = this.editor.value;
+		if (text.number < this.number) return;
+		// What this page had sent before the newest keys was saved, say.
+		if (own !== text.text && (text.number === this.number && text.text === this.#sent || text.text === this.#flying)) {
+			this.#note({ ...text, number: this.number, dirty: true });
+			this.#changed();
+			return;
+		}
 		if (text.text === own || own === this.#sent) { this.#take(text); return; }
 		this.#theirs = text;
 		this.#note(text);
 		this.#changed();
 	}
-	// Whether the tool has exactly this text.
 	get synced() { return this.editor.value === this.#sent; }
 	// Two texts at once: the user decides.
 	get split() { return this.#theirs !== null; }
@@ -59,10 +69,9 @@ export class Script extends EventTarget {
 		this.#changed();
 		return this.sync();
 	}
-	// The user typed.
 	typed(text, busy) {
 		if (busy) return;
-		this.dirty = true;
+		this.dirty = this.#touched = true;
 		clearTimeout(this.#timer);
 		this.#timer = setTimeout(() => this.sync(), PAUSE);
 		this.#changed(text);
@@ -72,16 +81,17 @@ export class Script extends EventTarget {
 		clearTimeout(this.#timer);
 		while (this.#flight) await this.#flight;
 		const text = this.editor.value;
+		if (text === this.#sent && this.#touched) this.#has(text); // a key and its undoing
 		if (text === this.#sent || this.split || !this.link.known) return;
 		const base = this.number;
+		this.#flying = text;
 		this.#flight = this.link.ask({ text: { base, text } }).then(
 			() => {
-				this.#sent = text;
 				this.number = base + 1;
-				this.dispatchEvent(new Event('synced'));
+				this.#has(text);
 			},
 			error => { if (!this.split) tell(error.message, true); },
-		).finally(() => { this.#flight = null; });
+		).finally(() => { this.#flight = this.#flying = null; });
 		await this.#flight;
 		if (this.editor.value !== text) return this.sync();
 	}

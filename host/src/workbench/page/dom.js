@@ -1,6 +1,5 @@
 // Small helpers for elements.
 
-// An element with attributes, properties (those that it has) and children.
 export function h(tag, given = {}, ...children) {
 	const element = document.createElement(tag);
 	if (tag === 'button') element.type = 'button';
@@ -15,6 +14,9 @@ export function h(tag, given = {}, ...children) {
 }
 
 export const $ = selector => document.querySelector(selector);
+
+// Listens to events, by their names with blanks between.
+export const hear = (target, names, run, given) => { for (const name of names.split(' ')) target.addEventListener(name, run, given); };
 
 // Sets a text only when it changes, so that screen readers are not told again and again.
 export function text(element, value) {
@@ -35,10 +37,8 @@ export function tell(words, bad = false) {
 	setTimeout(() => note.remove(), bad ? 12000 : 4000);
 }
 
-// What to do with something that was refused in words.
 export const refused = error => tell(error.message, true);
 
-// A button that does something that may be.
 export function action(label, run, given = {}) {
 	return h('button', { ...given, onclick: async e => {
 		try { await run(e); } catch (error) { refused(error); }

@@ -1,6 +1,6 @@
 // Numbers of the script that are dragged: the text, its check and its simulation follow at once. What was
 // dragged is one step of undo; Escape leaves the number as it was.
-import { h, text } from './dom.js';
+import { h, text, hear } from './dom.js';
 
 // px of a step; ms until a number with the caret has a handle, and until the next number goes to the tool.
 const PACE = 4, LATER = 200, PATIENCE = 600;
@@ -61,21 +61,21 @@ export class Drag {
 		document.body.append(this.handle);
 		trial.came = () => this.#drawn?.();
 		const { text, root } = editor;
-		document.addEventListener('selectionchange', () => { if (document.activeElement === text && !this.#held) this.#later(() => this.#offer(editor.caret())); });
-		text.addEventListener('input', () => this.#hide());
-		text.addEventListener('blur', () => this.#hide());
-		root.addEventListener('scroll', () => this.#hide());
-		text.addEventListener('keydown', e => {
+		hear(document, 'selectionchange', () => { if (document.activeElement === text && !this.#held) this.#later(() => this.#offer(editor.caret())); });
+		hear(text, 'input', () => this.#hide());
+		hear(text, 'blur', () => this.#hide());
+		hear(root, 'scroll', () => this.#hide());
+		hear(text, 'keydown', e => {
 			const by = { ArrowUp: 1, ArrowDown: -1 }[e.key];
 			if (!by || !e.altKey || e.ctrlKey || e.metaKey) return;
 			e.preventDefault();
 			this.#nudge(by * (e.shiftKey ? 0.1 : 1));
 		});
-		this.handle.addEventListener('pointerdown', e => this.#down(e));
-		this.handle.addEventListener('pointermove', e => this.#moved(e));
-		this.handle.addEventListener('pointerup', () => this.#end(true));
-		this.handle.addEventListener('pointercancel', () => this.#end(false));
-		addEventListener('keydown', e => { if (e.key === 'Escape' && this.#held) { e.preventDefault(); e.stopPropagation(); this.#end(false); } }, true);
+		hear(this.handle, 'pointerdown', e => this.#down(e));
+		hear(this.handle, 'pointermove', e => this.#moved(e));
+		hear(this.handle, 'pointerup', () => this.#end(true));
+		hear(this.handle, 'pointercancel', () => this.#end(false));
+		hear(window, 'keydown', e => { if (e.key === 'Escape' && this.#held) { e.preventDefault(); e.stopPropagation(); this.#end(false); } }, true);
 	}
 	#later(run) { clearTimeout(this.#due); this.#due = setTimeout(run, LATER); }
 	#hide() { clearTimeout(this.#due); if (!this.#held) this.handle.hidden = true; }

@@ -3,7 +3,7 @@
 // spell checkers, screen readers and the clipboard see plain text.
 
 import { enter } from './blocks.js';
-import { lastOf } from './dom.js';
+import { lastOf, hear } from './dom.js';
 
 // Height of a line in px, as in style.css, and lines beyond those in sight that are coloured.
 const HEIGHT = 20, AROUND = 30;
@@ -34,18 +34,18 @@ export class Editor {
 			CSS.highlights.set(name, high);
 			return [name, high];
 		}));
-		this.text.addEventListener('beforeinput', e => this.before(e));
-		this.text.addEventListener('input', () => this.read());
-		this.text.addEventListener('keydown', e => this.key(e));
-		this.gutter.addEventListener('click', e => {
+		hear(this.text, 'beforeinput', e => this.before(e));
+		hear(this.text, 'input', () => this.read());
+		hear(this.text, 'keydown', e => this.key(e));
+		hear(this.gutter, 'click', e => {
 			const { line } = e.target.dataset;
 			if (line !== undefined) this.toggle(+line);
 		});
-		document.addEventListener('selectionchange', () => { if (document.activeElement !== this.text) return;
+		hear(document, 'selectionchange', () => { if (document.activeElement !== this.text) return;
 			this.last = this.caret();
 			this.moved?.(this.line(this.last) + 1);
 		});
-		root.addEventListener('scroll', () => this.later());
+		hear(root, 'scroll', () => this.later());
 		new ResizeObserver(() => this.later()).observe(root);
 	}
 	// The whole text, without a way back: a file is opened.
@@ -112,7 +112,6 @@ export class Editor {
 		this.select(at, at);
 		this.reveal(line - 1);
 	}
-	// Scrolls until a line, from 0, is in sight.
 	reveal(line) {
 		const top = line * HEIGHT, { scrollTop, clientHeight } = this.root;
 		if (top < scrollTop + HEIGHT || top > scrollTop + clientHeight - 3 * HEIGHT) {
@@ -165,7 +164,6 @@ export class Editor {
 		this.breaks = new Set([...this.breaks].map(l => l <= at ? l : Math.max(at, l + grown)));
 		this.broken();
 	}
-	// Node and offset of an offset in the text.
 	place(at) {
 		const [start, node] = this.nodes[Math.max(0, lastOf(this.nodes.length, n => this.nodes[n][0] <= at))] ?? [0, this.text];
 		return [node, Math.min(at - start, node.length ?? 0)];
@@ -204,7 +202,6 @@ export class Editor {
 		const root = this.text.getBoundingClientRect();
 		return new DOMRect(root.x + 8, root.y + this.line(at) * HEIGHT, 0, HEIGHT);
 	}
-	// Where the character behind an offset is on the screen.
 	glyph(at) {
 		const range = document.createRange(), [node, offset] = this.place(at);
 		range.setStart(node, offset);
@@ -214,7 +211,6 @@ export class Editor {
 	later() {
 		this.due ??= requestAnimationFrame(() => { this.due = null; this.paint(); });
 	}
-	// Colours, numbers and marks of the lines in sight.
 	paint() {
 		const { scrollTop, clientHeight } = this.root;
 		const first = Math.max(0, Math.floor(scrollTop / HEIGHT) - AROUND);

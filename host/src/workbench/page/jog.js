@@ -3,6 +3,7 @@
 // The page says "go on" every 100 ms from its main thread, with the number of the newest state that
 // it has painted: a page that hangs, hides or is gone says nothing, and the board ends by itself. What
 // ends a hold here makes it end sooner, and nothing relies on it.
+import { hear } from './dom.js';
 
 const PERIOD = 100;
 
@@ -13,20 +14,20 @@ export class Jog {
 
 	constructor(link, speed, step) {
 		Object.assign(this, { link, speed, step });
-		for (const name of ['blur', 'pagehide', 'freeze']) addEventListener(name, () => this.end());
-		document.addEventListener('visibilitychange', () => this.end());
-		link.addEventListener('lost', () => this.end());
-		link.addEventListener('ended', e => {
+		hear(window, 'blur pagehide freeze', () => this.end());
+		hear(document, 'visibilitychange', () => this.end());
+		hear(link, 'lost', () => this.end());
+		hear(link, 'ended', e => {
 			if (e.detail.id === this.#last) this.#follow();
 			if (e.detail.id === this.#held?.id) this.#over();
 		});
-		link.addEventListener('state', e => this.#look(e.detail));
+		hear(link, 'state', e => this.#look(e.detail));
 	}
 	get held() { return this.#held !== null; }
 
 	// What is done as long as a button is held, by pointer or key; not while `holds` says no.
 	#hold(button, begin, holds = () => true) {
-		button.addEventListener('pointerdown', e => {
+		hear(button, 'pointerdown', e => {
 			if (!e.isPrimary || e.button !== 0) return;
 			e.preventDefault();
 			button.focus({ preventScroll: true });
@@ -34,9 +35,9 @@ export class Jog {
 			button.setPointerCapture(e.pointerId);
 			begin();
 		});
-		for (const name of ['pointerup', 'pointercancel', 'lostpointercapture', 'blur']) button.addEventListener(name, () => this.end());
-		button.addEventListener('contextmenu', e => e.preventDefault());
-		const key = (name, run) => button.addEventListener(name, e => {
+		hear(button, 'pointerup pointercancel lostpointercapture blur', () => this.end());
+		hear(button, 'contextmenu', e => e.preventDefault());
+		const key = (name, run) => hear(button, name, e => {
 			if (e.key !== ' ' && e.key !== 'Enter' || !holds()) return;
 			e.preventDefault();
 			run(e);
@@ -47,7 +48,7 @@ export class Jog {
 	// Makes a button move an axis; by a step, or as long as it is held.
 	arm(button, axis, positive) {
 		this.#hold(button, () => this.begin(button, axis, positive), () => this.step() === 0);
-		button.addEventListener('click', () => {
+		hear(button, 'click', () => {
 			const step = this.step();
 			if (step !== 0) this.move(axis, positive ? step : -step);
 		});

@@ -1,15 +1,14 @@
-// The language server's answers in the page: diagnostics with fixes, completion, hover, format,
-// rename, definition. The same server as an editor's, over the same protocol.
-import { h, $, tell } from './dom.js';
+// The language server's answers in the page: the same server as an editor's, over the same protocol.
+import { h, $, tell, hear } from './dom.js';
 
 export class Language {
-	#asked = new Map(); #next = 1; #late = null; can = {}; why = '';
+	#asked = new Map(); #next = 1; #told = null; #listed = null; #marks = 0; can = {}; why = '';
 
 	constructor(link, editor, script) {
 		Object.assign(this, { link, editor, script });
-		link.addEventListener('lsp', e => this.#hear(e.detail));
-		script.addEventListener('synced', () => {
-			if (this.#late) this.#diagnose(this.#late);
+		hear(link, 'lsp', e => this.#hear(e.detail));
+		hear(script, 'synced', () => {
+			if (this.#told !== this.#listed || this.#marks !== this.editor.diags.length) this.#diagnose(this.#told);
 			this.#mean();
 		});
 	}
@@ -64,11 +63,12 @@ export class Language {
 		return Math.min(lines[line] + character, (lines[line + 1] ?? value.length + 1) - 1);
 	}
 	#diagnose(params) {
-		const { diagnostics, version } = params;
+		const { diagnostics, version } = this.#told = params;
 		// An answer to another text would mark the wrong words: it may be that of the next number, which
 		// this page does not know to be taken yet.
-		this.#late = version > this.script.number ? params : null;
 		if (version !== this.script.number || !this.script.synced) return;
+		this.#listed = params;
+		this.#marks = diagnostics.length;
 		const list = diagnostics.map(d => {
 			const start = this.at(d.range.start);
 			const end = Math.max(this.at(d.range.end), start + 1);

@@ -1,4 +1,5 @@
 // The socket to the tool. Says who we are, numbers what is asked, and tells at once when it is lost.
+import { hear } from './dom.js';
 import { hmac } from './sha1.js';
 
 // The key comes behind # and leaves the address bar; a reload of this tab still knows it.
@@ -21,7 +22,7 @@ export class Link extends EventTarget {
 	constructor() {
 		super();
 		this.key = takeKey();
-		this.addEventListener('state', e => this.#see(e.detail));
+		hear(this, 'state', e => this.#see(e.detail));
 		setInterval(() => this.#watch(), 250);
 		if (this.key) this.connect(); else queueMicrotask(() => this.#tell('locked', ''));
 	}
@@ -35,7 +36,6 @@ export class Link extends EventTarget {
 		socket.onclose = () => this.#lose(socket);
 		this.socket = socket;
 	}
-	// Asks for something; rejects with words when it is refused.
 	ask(wish) {
 		return new Promise((done, refused) => {
 			if (!this.known) { refused(new Error('the tool does not answer')); return; }
@@ -44,7 +44,6 @@ export class Link extends EventTarget {
 			this.socket.send(JSON.stringify({ ask, do: wish }));
 		});
 	}
-	// Says something whose answer nobody waits for.
 	say(wish) {
 		if (this.open) this.socket.send(JSON.stringify({ do: wish }));
 	}

@@ -1,5 +1,5 @@
 // The machine by hand: positions, lamps, jog, inputs and outputs.
-import { h, $, text, tell, action, lamp, mm, refused } from './dom.js';
+import { h, $, text, tell, action, lamp, mm, refused, hear } from './dom.js';
 import { micrometres, numberField } from './fields.js';
 import { Jog } from './jog.js';
 
@@ -19,10 +19,10 @@ export class Machine {
 				for (const other of $('#steps').children) other.ariaPressed = String(other === e.target);
 				text($('#step-words'), step ? `each press moves ${name} mm` : 'moves while held');
 			} }, name)));
-		$('#speed').addEventListener('input', () => text($('#speed-value'), `${mm(this.speed() / 1000, 1)} mm/s`));
+		hear($('#speed'), 'input', () => text($('#speed-value'), `${mm(this.speed() / 1000, 1)} mm/s`));
 		$('#home-all').append(action('Home all', () => link.ask({ home: [] }), { id: 'home' }));
 		if ($('#write-machine')) {
-			$('#write-machine').addEventListener('click', () => this.#ask('profile'));
+			hear($('#write-machine'), 'click', () => this.#ask('profile'));
 		}
 	}
 	// um/s: the slider goes from slow to fast by equal factors.
@@ -33,7 +33,6 @@ export class Machine {
 	async #ask(wish) {
 		try { await this.link.ask(wish); } catch (error) { refused(error); }
 	}
-	// Rows for the axes, inputs and outputs of a machine.
 	build(machine, virtual) {
 		const key = JSON.stringify([machine, virtual]);
 		if (key === this.#key) return;
@@ -66,7 +65,7 @@ export class Machine {
 		};
 		const go = numberField({ ariaLabel: `Go to ${name}, mm`, placeholder: 'mm' });
 		const goTo = async () => this.link.ask({ go_to: { axis: name, um: micrometres(go), speed: this.speed() } });
-		go.addEventListener('keydown', e => { if (e.key === 'Enter' && !e.repeat) goTo().catch(refused); });
+		hear(go, 'keydown', e => { if (e.key === 'Enter' && !e.repeat) goTo().catch(refused); });
 		const probe = async () => this.link.ask({ probe: { axis: name, um: micrometres($('#probe-way')), speed: this.speed() } });
 		const box = h('div', { className: 'axis' },
 			h('b', {}, name), place, h('span', { className: 'soft' }, 'mm'),
@@ -101,7 +100,6 @@ export class Machine {
 		if (next === null) delete button.dataset.forced;
 		this.#ask({ input: [n, next] });
 	}
-	// How things stand now.
 	show(state) {
 		const { picture } = state, { status } = picture;
 		this.#closed = state.closed;
@@ -136,7 +134,6 @@ export class Machine {
 		});
 		this.#inputs.forEach(row => lamp(row.button, this.#closed.includes(row.n), 'closed'));
 	}
-	// Where the machine is, mm, for the path.
 	place(state) {
 		const { status } = state.picture;
 		if (!status || !this.machine) return null;

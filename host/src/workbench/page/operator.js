@@ -1,7 +1,6 @@
-// What a person at the machine needs: program, quantities, Start, Pause, Stop, lamp and message. All
-// texts about the work are the script's own. What is named as the program is what the board holds: a
-// choice takes its place when it has been loaded, and not before.
-import { h, $, text, tell, lamp } from './dom.js';
+// What a person at the machine needs. What is named as the program is what the board holds: a choice takes its place
+// when it has been loaded, and not before.
+import { h, $, text, tell, lamp, hear } from './dom.js';
 import { number, numberField } from './fields.js';
 import { Link } from './link.js';
 import { frame } from './frame.js';
@@ -27,7 +26,7 @@ frame(link, { gone: say.toolGone, silent: say.noNews, ended: say.ended }, () => 
 	lamp(document.body, false, 'runs');
 });
 
-link.addEventListener('welcome', e => {
+hear(link, 'welcome', e => {
 	({ faults } = e.detail.words);
 	({ files } = e.detail);
 	offer ??= e.detail.text.file;
@@ -40,8 +39,8 @@ const held = () => {
 };
 const heldWords = () => state?.holds ? state.holds.name ? short(state.holds.name) : say.other : say.none;
 
-$('#program').addEventListener('change', e => load(e.target.value));
-$('#load').addEventListener('click', () => load(offer));
+hear($('#program'), 'change', e => load(e.target.value));
+hear($('#load'), 'click', () => load(offer));
 async function load(name) {
 	if (!name || loading) { list(); return; }
 	loading = name;
@@ -73,7 +72,7 @@ const seen = program => new Promise(done => {
 	};
 	// The board may be lost or have another program by now: the state tells.
 	const late = setTimeout(() => { link.removeEventListener('state', look); done(); }, 5000);
-	if (!look()) link.addEventListener('state', look);
+	if (!look()) hear(link, 'state', look);
 });
 function list() {
 	const own = held(), other = own ? [] : [['', state?.holds ? say.notHere(heldWords()) : '–']];
@@ -87,7 +86,7 @@ function list() {
 }
 
 // Quantities: variables with AT or KEEP, with the label and the range that the script gives them.
-link.addEventListener('program', e => {
+hear(link, 'program', e => {
 	if (program && e.detail && program.crc === e.detail.crc) return;
 	program = e.detail;
 	text($('#message'), '');
@@ -106,7 +105,7 @@ function quantity(v) {
 		power = false;
 		try { await link.ask({ set: { cell, value } }); } catch (error) { refuse(error); }
 	};
-	input.addEventListener('change', () => {
+	hear(input, 'change', () => {
 		try { set(number(input, { whole: true })); } catch (error) { refuse(error); }
 		// What the board holds stands in the field again.
 		input.blur();
@@ -117,11 +116,18 @@ function quantity(v) {
 		step(-1), input, step(1), h('span', {}, v.unit));
 	return { ...v, input, box };
 }
+// Feeds in per cent of what is written; slower, and back.
+const pace = h('output', { className: 'number' }), paces = [-10, 10].map(by => h('button', { ariaLabel: by > 0 ? say.more(say.speed) : say.less(say.speed), onclick: () => {
+	const [feed, rapid] = state.picture.overrides;
+	link.ask({ override: [Math.max(10, Math.min(100, feed + by)), rapid] }).catch(refuse);
+} }, by > 0 ? '+' : '−'));
+$('#speed').append(h('span', { className: 'label' }, say.speed), paces[0], pace, paces[1]);
+
 const value = row => state?.picture.cells[row.cell];
 // What the program keeps by itself (KEEP) is set while it runs, and not asked for before.
 const wrong = row => row.before && (value(row) < row.low || value(row) > row.high);
 
-link.addEventListener('log', e => {
+hear(link, 'log', e => {
 	for (const entry of e.detail) {
 		if (entry.print !== undefined) { text($('#message'), entry.print); printed = performance.now(); }
 		// What a short run prints is heard before its beginning is seen.
@@ -131,7 +137,7 @@ link.addEventListener('log', e => {
 let printed = 0;
 // The bar: of an upload, or of a program that prints how far it is, as “Piece 3 of 5” or “3/5”.
 let part = null;
-link.addEventListener('progress', e => { part = e.detail.part; bar(); });
+hear(link, 'progress', e => { part = e.detail.part; bar(); });
 function bar() {
 	const [, n, all] = /(\d+)\s*(?:of|von|sur|de|\/)\s*(\d+)/i.exec($('#message').textContent) ?? [];
 	const far = loading ? part : +n <= +all && +all > 0 ? n / all : null;
@@ -139,7 +145,7 @@ function bar() {
 	if (far !== null) $('#bar').value = far;
 }
 
-link.addEventListener('state', e => {
+hear(link, 'state', e => {
 	state = e.detail;
 	look();
 	show();
@@ -179,6 +185,10 @@ function show() {
 			row.input.setAttribute('aria-invalid', wrong(row));
 		}
 	}
+	const [feed] = picture.overrides;
+	$('#speed').hidden = !status || !feed;
+	text(pace, `${feed} %`);
+	paces.forEach((own, n) => { own.disabled = !mine || (n ? feed >= 100 : feed <= 10); });
 	fault(status, at, active);
 	lamp(document.body, at === 'running', 'runs');
 	bar();
@@ -215,14 +225,13 @@ function fault(status, at, active) {
 	card.replaceChildren(h('div', {}, what, ' ', at === 'fault' ? say.thenAcknowledge : say.thenStart),
 		h('details', {}, h('summary', {}, say.service), `${own.code}: ${own.cause} ${own.remedy}${status.line ? ` ${say.line(status.line)}` : ''}`));
 }
-$('#start').addEventListener('click', () => {
+hear($('#start'), 'click', () => {
 	$('#refused').hidden = true;
 	const { status, identity } = state?.picture ?? {};
 	if (status?.state === 'paused') link.ask('resume').catch(refuse);
 	else if (identity) link.ask({ run: { bytes: identity.program_bytes, crc: identity.program_crc } }).catch(refuse);
 });
-$('#pause').addEventListener('click', () => link.ask('pause').catch(refuse));
-$('#stop').addEventListener('pointerdown', () => link.say('stop'));
-$('#stop').addEventListener('click', () => link.say('stop'));
-$('#helm').addEventListener('click', () => link.ask({ helm: true }).catch(refuse));
-addEventListener('keydown', e => { if (e.key === 'Escape') link.say('stop'); });
+hear($('#pause'), 'click', () => link.ask('pause').catch(refuse));
+hear($('#stop'), 'pointerdown click', () => link.say('stop'));
+hear($('#helm'), 'click', () => link.ask({ helm: true }).catch(refuse));
+hear(window, 'keydown', e => { if (e.key === 'Escape') link.say('stop'); });

@@ -1,9 +1,8 @@
 // The tool path on a canvas: stroked once into a bitmap that pan and zoom move; the line of the caret, marker,
 // trail and the live machine are drawn on top.
-import { inks, lastOf } from './dom.js';
+import { inks, lastOf, hear } from './dom.js';
 import { WIDTH, CLASSES, classify, colour, extent, nearest, piecesOf, strokes } from './strokes.js';
 
-// Points of the trail that are kept.
 const TRAIL = 5000;
 // Pause after which a moved bitmap is stroked anew, ms; room around the view, px; how near a click must be, px.
 const REST = 80, MARGIN = 200, NEAR = 8;
@@ -24,30 +23,29 @@ export class PathView {
 		this.canvas = canvas;
 		this.paper = canvas.getContext('2d');
 		new ResizeObserver(() => this.#resize()).observe(canvas);
-		canvas.addEventListener('wheel', e => {
+		hear(canvas, 'wheel', e => {
 			e.preventDefault();
 			this.#scale(Math.exp(-e.deltaY / 500), e.offsetX, e.offsetY);
 		}, { passive: false });
 		const down = new Map();
-		canvas.addEventListener('pointerdown', e => {
+		hear(canvas, 'pointerdown', e => {
 			canvas.setPointerCapture(e.pointerId);
 			down.set(e.pointerId, e);
 			this.#came = e;
 		});
-		canvas.addEventListener('pointermove', e => this.#drag(down, e));
+		hear(canvas, 'pointermove', e => this.#drag(down, e));
 		for (const name of ['pointerup', 'pointercancel']) {
-			canvas.addEventListener(name, e => {
+			hear(canvas, name, e => {
 				const still = this.#came && Math.hypot(e.offsetX - this.#came.offsetX, e.offsetY - this.#came.offsetY) < 4;
 				if (name === 'pointerup' && still && down.size === 1) this.#pick(e.offsetX, e.offsetY);
 				down.delete(e.pointerId);
 				if (this.#turning) { this.#turning = false; this.#stale(); }
 			});
 		}
-		canvas.addEventListener('dblclick', () => this.fit());
-		canvas.addEventListener('keydown', e => this.#key(e));
-		matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.#stale());
+		hear(canvas, 'dblclick', () => this.fit());
+		hear(canvas, 'keydown', e => this.#key(e));
+		hear(matchMedia('(prefers-color-scheme: dark)'), 'change', () => this.#stale());
 	}
-	// A new path: see `Trial::path` of the tool.
 	set(buffer) {
 		this.points = new Float32Array(buffer, 4);
 		this.words = new Uint32Array(buffer, 4);
@@ -125,7 +123,6 @@ export class PathView {
 		const of = (letter, end, other) => this.machine?.axes.find(own => own.axis === letter)?.[end] ?? other;
 		return [['low', 0], ['high', 100]].map(([end, other]) => ['X', 'Y', 'Z'].map((letter, n) => of(letter, end, n < 2 ? other : 0)));
 	}
-	// The eight corners of a box on the paper.
 	#corners(low, high) {
 		const at = this.#on();
 		return [0, 1, 2, 3, 4, 5, 6, 7].map(n => at([0, 1, 2].map(k => (n >> k & 1 ? high : low)[k])));
@@ -161,7 +158,6 @@ export class PathView {
 		paper.stroke();
 		this.#words(found);
 	}
-	// The picture in words.
 	#words(switches) {
 		const mm = this.box && [0, 1, 2].map(n => (this.box[1][n] - this.box[0][n]).toFixed(1)).join(' by '), holes = this.drawn?.rings.length;
 		const path = mm ? `It takes ${mm} mm${holes ? `, with ${holes} places where the tool goes straight down` : ''}. ` : '';
@@ -346,7 +342,6 @@ export class PathView {
 		}
 		this.#legend(paper, width, height, ink);
 	}
-	// Numbers at the grid, and what the colours mean.
 	#legend(paper, width, height, ink) {
 		paper.fillStyle = ink('--soft');
 		paper.font = '12px sans-serif';
@@ -385,7 +380,6 @@ export class PathView {
 		this.live = place;
 		this.draw();
 	}
-	// Place and line at a time in s.
 	at(time) {
 		const { points, words, count } = this;
 		if (count === 0) return null;

@@ -1,6 +1,5 @@
-// The wizard for patterns: grid, circle, line, sockets, or the points of a file; shifted and turned by
-// taught points. The tool writes the script; this page shows it and puts it where it belongs.
-import { h, text, tell, action } from './dom.js';
+// The wizard for patterns. The tool writes the script; this page shows it and puts it where it belongs.
+import { h, text, tell, action, hear } from './dom.js';
 import { micrometres, number, numberField, parsed } from './fields.js';
 
 // Fields of each shape: name, label, value, and mm or a count.
@@ -53,8 +52,8 @@ export class Pattern {
 		this.listed = h('datalist', { id: 'listed' });
 		this.live = h('p', { id: 'pattern-live', className: 'soft' });
 		const panel = document.getElementById('pattern');
-		for (const name of ['input', 'change', 'click']) panel.addEventListener(name, () => this.#soon());
-		document.addEventListener('tab', () => this.#soon());
+		hear(panel, 'input change click', () => this.#soon());
+		hear(document, 'tab', () => this.#soon());
 		panel.append(
 			h('fieldset', {}, h('legend', {}, 'Points'), this.shape, h('label', {}, 'called ', this.name), ...Object.values(this.boxes),
 				h('span', { className: 'bar' }, field('x', 'First point (centre, zero of the list): X', 10, 'mm'), field('y', 'Y', 10, 'mm'), this.#here(['x', 'y'], 'XY'))),
@@ -147,7 +146,6 @@ export class Pattern {
 		this.pairs.push(pair);
 		this.frame.append(pair.box);
 	}
-	// What the fields say.
 	#wish() {
 		const of = name => number(this.fields[name]), count = name => number(this.fields[name], { whole: true });
 		const kind = this.shape.value, f = name => of(`${kind}_${name}`), whole = name => count(`${kind}_${name}`);
@@ -188,7 +186,6 @@ export class Pattern {
 		text(this.live, made ? [`${made.count} points, ringed on the drawing.`, ...outside.map(note => `${note}.`)].join(' ') : '');
 		this.live.className = outside.length ? 'bad' : 'soft';
 	}
-	// Has the script written, and shows it.
 	async #make(whole) {
 		try {
 			await this.script.sync();

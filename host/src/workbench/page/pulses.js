@@ -46,7 +46,7 @@ export class Pulses {
 	remove(pulse) { this.#say(this.list.filter(own => own !== pulse)); }
 	#say(list) {
 		this.changed?.();
-		this.link.ask({ pulses: list }).catch(refused);
+		this.link.ask({ pulses: list }).catch(error => { refused(error); this.refused?.(); });
 	}
 	// The same without a pointer: what is drawn, each with a button, and fields for another one.
 	form(machine) {

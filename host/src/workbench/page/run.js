@@ -1,5 +1,5 @@
 // The run on the board: program, run control, breakpoints, variables, what is printed, faults.
-import { h, $, text, tell, action, lamp, refused } from './dom.js';
+import { h, $, text, tell, action, lamp, refused, time, hear } from './dom.js';
 import { Chart } from './chart.js';
 import { number, numberField } from './fields.js';
 
@@ -12,6 +12,9 @@ export class Run {
 	program = null; state = null;
 	// Whether the text has errors, as the language server says.
 	broken = () => false;
+	// The machine's axes; time that a job of which `count` of `all` statements were begun takes by its simulation, us, or
+	// null; what to mark on the drawing: places in mm.
+	axes = () => []; rest = () => null; mark = () => {};
 
 	constructor(link, editor, script, faults) {
 		Object.assign(this, { link, editor, script });
@@ -32,18 +35,30 @@ export class Run {
 			action('Continue', () => link.ask({ go: { step: false } }), { id: 'go' }));
 		editor.broken = () => { if (this.state?.picture.followed) link.say({ breaks: lines() }); };
 		for (const [id, n] of [['#feed', 0], ['#rapid', 1]]) {
-			$(id).addEventListener('change', async () => {
+			hear($(id), 'change', async () => {
 				const both = [+$('#feed').value, +$('#rapid').value];
 				this.setting = performance.now();
 				try { await link.ask({ override: both }); } catch (error) { refused(error); }
 			});
-			$(id).addEventListener('input', () => { this.setting = performance.now(); text($(`${id}-value`), `${$(id).value} %`); });
+			hear($(id), 'input', () => { this.setting = performance.now(); text($(`${id}-value`), `${$(id).value} %`); });
 			this.setting = n;
 		}
-		$('#clear').addEventListener('click', () => $('#console').replaceChildren());
-		link.addEventListener('program', e => this.#program(e.detail));
-		link.addEventListener('log', e => this.#log(e.detail));
-		link.addEventListener('progress', e => this.#progress(e.detail.part));
+		hear($('#freeze'), 'click', e => {
+			const on = e.target.ariaPressed !== 'true';
+			e.target.ariaPressed = String(on);
+			this.chart.freeze(on);
+		});
+		hear($('#export'), 'click', () => {
+			const url = URL.createObjectURL(new Blob([this.chart.csv()], { type: 'text/csv' }));
+			h('a', { href: url, download: `${(script.file ?? 'run').replace(/\.\w+$/, '')}.csv` }).click();
+			setTimeout(() => URL.revokeObjectURL(url), 10000);
+		});
+		for (const [id, run] of [['#show-way', () => this.#way()], ['#go-way', () => this.#goOn()]]) hear($(id), 'click', () => run().catch(refused));
+		hear($('#from-line'), 'input', () => this.#lost());
+		hear($('#clear'), 'click', () => $('#console').replaceChildren());
+		hear(link, 'program', e => this.#program(e.detail));
+		hear(link, 'log', e => this.#log(e.detail));
+		hear(link, 'progress', e => this.#progress(e.detail.part));
 	}
 	async upload() {
 		await this.script.sync();
@@ -59,8 +74,37 @@ export class Run {
 	// Feeds the text to the board; comes back when the job is over.
 	async stream() {
 		await this.script.sync();
-		const words = await this.link.ask('stream');
-		tell(words);
+		await this.#fed('stream');
+	}
+	async #fed(wish) {
+		try { tell(await this.link.ask(wish)); } catch (error) {
+			const [, line] = /in line (\d+)/.exec(error.message) ?? [];
+			if (line) { $('#from-line').value = line; $('#middle').open = true; }
+			throw error;
+		}
+	}
+	// How the board comes to where a job goes on: told and ringed on the drawing before anything moves.
+	async #way() {
+		this.#lost();
+		await this.script.sync();
+		const line = number($('#from-line'), { whole: true }), { way, legs } = await this.link.ask({ stream_from: { line } });
+		this.seen = { line, way };
+		const at = this.axes().reduce((list, axis) => ({ ...list, [axis.axis]: this.state.picture.status.pos[axis.axis] * axis.step_mm }), { X: 0, Y: 0, Z: 0 });
+		this.mark(legs.map(leg => ['X', 'Y', 'Z'].map((letter, n) => at[letter] = leg[n] === null ? at[letter] : leg[n] / 1000)));
+		text($('#way-words'), `${way ? `With its outputs off it goes there first, ringed on the drawing: ${way} (machine positions).` : 'It stands there already.'} Then the outputs are as the job has them, and line ${line} begins.`);
+		$('#go-way').hidden = false;
+	}
+	async #goOn() {
+		const { seen } = this;
+		this.#lost();
+		await this.script.sync();
+		await this.#fed({ stream_from: seen });
+	}
+	#lost() {
+		this.seen = null;
+		this.mark([]);
+		text($('#way-words'), '');
+		$('#go-way').hidden = true;
 	}
 	// The main button: what it is called is what it does.
 	async start() {
@@ -92,15 +136,24 @@ export class Run {
 		return is;
 	}
 	// How far a job is that is fed to the board.
-	#job(job) {
+	#job(job, own) {
 		const bar = $('#upload-bar');
 		if (!job && !this.fed) return;
 		this.fed = !!job;
+		if (!job) this.begun = null;
 		bar.hidden = !job;
 		bar.ariaLabel = job ? 'Streamed job' : 'Upload';
 		// Without a number of all statements nothing says how far it is.
 		if (job?.all) bar.value = job.count / job.all; else bar.removeAttribute('value');
-		text($('#job'), job ? `streamed: line ${job.line}` + (job.all ? `, ${Math.floor(job.count / job.all * 100)} %` : `, ${job.count} statements`) : '');
+		const left = job?.all ? this.#left(job, own) : null;
+		text($('#job'), job ? `streamed: line ${job.line}${own ? '' : ' of another text'}` + (job.all ? `, ${Math.floor(job.count / job.all * 100)} %` : `, ${job.count} statements`) + (left === null ? '' : `, about ${time(left)} left`) : '');
+	}
+	// By the simulation, or where that has not all of it by what was done until now; us.
+	#left(job, own) {
+		const now = performance.now();
+		if (!this.begun || job.count < this.begun.count) this.begun = { now, count: job.count };
+		const done = job.count - this.begun.count, rest = own ? this.rest(job) : null;
+		return rest !== null ? rest * 100 / (this.state.picture.overrides[0] || 100) : done > 0 ? (now - this.begun.now) * 1000 / done * (job.all - job.count) : null;
 	}
 	#progress(part) {
 		$('#upload-bar').hidden = part >= 1;
@@ -115,7 +168,7 @@ export class Run {
 			const { label, low, high } = v.operator ? v : {}, range = low > -(2 ** 31) || high < 2 ** 31 - 1;
 			const value = numberField({ whole: true, ariaLabel: name, onchange: e => this.#set(v.cell + n, e.target, range ? [label, low, high] : null) });
 			const about = [label && label !== v.name ? label : '', range ? `${low} to ${high}` : ''].filter(Boolean).join(', ');
-			const plot = h('input', { type: 'checkbox', ariaLabel: `Plot ${name}`, onchange: e => this.chart.show(name, e.target.checked) });
+			const plot = h('input', { type: 'checkbox', ariaLabel: `Plot ${name}`, onchange: e => this.#plot(name, e.target.checked) });
 			const row = h('tr', {}, h('td', {}, plot), h('th', { scope: 'row' }, name), h('td', {}, value, ' ', v.unit), h('td', { className: 'soft' }, about));
 			return { name, cell: v.cell + n, value, row };
 		}));
@@ -146,20 +199,21 @@ export class Run {
 		while (list.children.length > 1000) list.firstChild.remove();
 		if (near) list.scrollTop = list.scrollHeight;
 	}
-	// How things stand now.
 	show(state) {
 		this.state = state;
 		const { picture } = state, { status } = picture;
 		const active = ['running', 'paused', 'waitstart', 'stopping'].includes(status?.state);
 		const halted = picture.halted;
 		const line = halted ? halted.next || halted.behind : state.stream?.line ?? state.line;
+		// What is fed may be another text than this one by now.
+		const fed = state.stream?.number === this.script.number && this.script.synced;
 		text($('#run-state'), !status ? 'no board' : halted ? (halted.exact ? `halted before line ${halted.next}` : `halted behind line ${halted.behind}`)
 			: WORDS[status.state] + (line ? ` · line ${line}` : '')
 			+ (!active && status.last_end && status.state === 'ready' ? ` · last run: ${status.last_end}` : ''));
 		lamp($('#run-state'), status?.state === 'running', 'on');
-		this.#job(state.stream);
+		this.#job(state.stream, fed);
 		const is = this.#badge();
-		this.#line(active && (is || state.stream) ? line : null);
+		this.#line(active && (state.stream ? fed : is) ? line : null);
 		const may = state.mine && status;
 		const set = (id, on, label) => {
 			$(id).disabled = !on;
@@ -167,6 +221,8 @@ export class Run {
 		};
 		set('#upload', may && !active);
 		set('#stream', may && !active && !this.broken());
+		set('#show-way', may && !active && !this.broken());
+		set('#go-way', may && !active && this.script.synced);
 		const rests = status?.state === 'ready' || status?.state === 'empty';
 		set('#start', may && (!active || status.state === 'waitstart') && !(rests && !is && this.broken()),
 			status?.state === 'fault' ? 'Acknowledge' : rests && !is ? 'Upload and start' : 'Start');
@@ -180,6 +236,7 @@ export class Run {
 		set('#go', may && !!halted);
 		this.#overrides(picture.overrides, may);
 		this.#fault(status);
+		this.#motion(status);
 		this.#values(picture.cells);
 	}
 	#line(line) {
@@ -215,6 +272,26 @@ export class Run {
 			!status?.blocked_by ? '' : h('p', {}, status.blocked_by === 255 ? 'The board was never told how it is wired: pasapas profile set FILE says so.'
 				: `Input ${status.blocked_by} keeps Start or a move from working.`));
 	}
+	#plot(name, on) {
+		this.chart.show(name, on);
+		$('#plot-tools').hidden = $('#chart').hidden;
+	}
+	// Places and speeds of the axes, to be plotted beside the variables.
+	#motion(status) {
+		const axes = this.axes(), key = axes.map(axis => axis.axis).join();
+		if (key !== this.plotted) {
+			this.plotted = key;
+			$('#plot-axes').replaceChildren(key ? 'Plot ' : '', ...axes.flatMap(({ axis }) => [`${axis} mm`, `${axis} mm/s`]).map(name =>
+				h('label', {}, h('input', { type: 'checkbox', ariaLabel: `Plot ${name}`, onchange: e => this.#plot(name, e.target.checked) }), ` ${name} `)));
+		}
+		const now = performance.now(), before = this.was, long = now - (before?.now ?? 0);
+		if (!status || before && long < 150) return;
+		this.was = { now, pos: status.pos };
+		for (const { axis, step_mm } of axes) {
+			this.chart.add(`${axis} mm`, +(status.pos[axis] * step_mm).toFixed(3));
+			if (before && long < 2000) this.chart.add(`${axis} mm/s`, +((status.pos[axis] - before.pos[axis]) * step_mm / long * 1000).toFixed(1));
+		}
+	}
 	#values(cells) {
 		for (const row of this.rows ?? []) {
 			const value = cells[row.cell];
@@ -230,7 +307,6 @@ export class Run {
 	}
 }
 
-// An effect in words, as the trace has it.
 function effect(e) {
 	const to = e.to ? Object.entries(e.to).map(([axis, steps]) => `${axis} ${steps}`).join(' ') : '';
 	switch (e.ev) {

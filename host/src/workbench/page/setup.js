@@ -1,5 +1,5 @@
 // The set-up of a machine: which step is shown, what the machine does now, and what the tool keeps.
-import { h, $, text, tell, action, mm, refused } from './dom.js';
+import { h, $, text, tell, action, mm, refused, hear } from './dom.js';
 import { Link } from './link.js';
 import { frame, head, SILENT } from './frame.js';
 import { Jog } from './jog.js';
@@ -14,18 +14,17 @@ const jog = new Jog(link, () => SLOW, () => 0);
 jog.refused = words => tell(words, true);
 
 frame(link, { ...SILENT, gone: 'The tool does not answer: use the emergency stop at the machine.' });
-link.addEventListener('welcome', e => {
+hear(link, 'welcome', e => {
 	text($('#board'), `${e.detail.board}:`);
 	link.ask({ setup: 'look' }).then(take).catch(refused);
 });
-link.addEventListener('state', e => show(e.detail));
+hear(link, 'state', e => show(e.detail));
 
-$('#stop').addEventListener('pointerdown', stop);
-$('#stop').addEventListener('click', stop);
-$('#halt').addEventListener('click', stop);
-addEventListener('keydown', e => { if (e.key === 'Escape' && e.shiftKey) { stop(); e.preventDefault(); } });
+hear($('#stop'), 'pointerdown click', stop);
+hear($('#halt'), 'click', stop);
+hear(window, 'keydown', e => { if (e.key === 'Escape' && e.shiftKey) { stop(); e.preventDefault(); } });
 function stop() { jog.end(); link.say('stop'); shown?.leave?.(); }
-$('#helm').addEventListener('click', () => link.ask({ helm: !state?.mine }).catch(refused));
+hear($('#helm'), 'click', () => link.ask({ helm: !state?.mine }).catch(refused));
 
 // What the tool keeps: a set-up, or those that one can begin with.
 function take(value) {
@@ -45,7 +44,7 @@ function take(value) {
 	draw();
 }
 async function open(name, base) { take(await link.ask({ setup: { open: { name, base } } })); }
-$('#begin').addEventListener('submit', e => {
+hear($('#begin'), 'submit', e => {
 	e.preventDefault();
 	open($('#name').value.trim(), $('#base').value).catch(refused);
 });

@@ -1,4 +1,5 @@
 // Tabs: one of them is shown, on wide screens beside the script.
+import { hear } from './dom.js';
 const tabs = [...document.querySelectorAll('[role=tab]')];
 
 export function tab(name) {
@@ -12,8 +13,8 @@ export function tab(name) {
 	document.dispatchEvent(new Event('tab'));
 }
 tabs.forEach((own, n) => {
-	own.addEventListener('click', () => tab(own.dataset.tab));
-	own.addEventListener('keydown', e => {
+	hear(own, 'click', () => tab(own.dataset.tab));
+	hear(own, 'keydown', e => {
 		const by = { ArrowRight: 1, ArrowLeft: -1 }[e.key];
 		if (!by) return;
 		// On a wide screen the script is beside all of them, and no tab.
@@ -25,4 +26,4 @@ tabs.forEach((own, n) => {
 });
 const wide = matchMedia('(min-width: 1100px)');
 tab(wide.matches ? 'simulate' : 'script');
-wide.addEventListener('change', () => { if (wide.matches && document.body.dataset.tab === 'script') tab('simulate'); });
+hear(wide, 'change', () => { if (wide.matches && document.body.dataset.tab === 'script') tab('simulate'); });

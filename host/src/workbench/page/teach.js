@@ -1,6 +1,6 @@
 // Points by jogging: rows of a TABLE of the script, recorded, named, corrected, put in another order,
 // and tried one by one. Each change is written into the script at once, one step of undo each.
-import { h, text, tell, action, refused } from './dom.js';
+import { h, text, tell, action, refused, hear } from './dom.js';
 import { micrometres, numberField } from './fields.js';
 
 export class Teach {
@@ -17,9 +17,9 @@ export class Teach {
 			h('div', { className: 'bar' }, this.choice, action('New table', () => this.#fresh(), { id: 'new-table' })),
 			h('div', { className: 'bar' }, this.label, action('Record this place', () => this.#record(), { id: 'record', className: 'main' })),
 			this.words, this.head, this.list);
-		document.addEventListener('tab', () => this.#picture());
-		this.label.addEventListener('keydown', e => { if (e.key === 'Enter') this.#record().catch(refused); });
-		for (const name of ['synced', 'changed']) script.addEventListener(name, () => this.#later());
+		hear(document, 'tab', () => this.#picture());
+		hear(this.label, 'keydown', e => { if (e.key === 'Enter') this.#record().catch(refused); });
+		hear(script, 'synced changed', () => this.#later());
 		machine.jog.arrived = () => tell('There.');
 	}
 	#later() {
@@ -80,7 +80,6 @@ export class Teach {
 		this.#tail = done.catch(() => {});
 		return done;
 	}
-	// Puts the table with these rows into the script.
 	async #write(rows) {
 		this.#busy = true;
 		try {

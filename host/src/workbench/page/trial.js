@@ -1,6 +1,7 @@
 // The simulation: what the run will be, at any time of it.
-import { h, $, text, time, mm, tell, lamp, inks, lastOf, sheet } from './dom.js';
+import { h, $, text, time, mm, tell, lamp, lastOf, hear } from './dom.js';
 import { Pulses } from './pulses.js';
+import { Timeline } from './timeline.js';
 import { amount } from './values.js';
 
 // A simulation that takes longer says so, ms.
@@ -9,7 +10,7 @@ const SOON = 300;
 const EASE = 150;
 
 export class Trial {
-	about = null; kept = null; us = 0; playing = false; fresh = false; runs = false; span = 0; event = -1;
+	about = null; kept = null; us = 0; playing = false; fresh = false; runs = false; event = -1;
 	came = null; beside = null;
 	// Whether a simulation is that of the text in the editor.
 	isNewest = () => true;
@@ -17,37 +18,32 @@ export class Trial {
 
 	constructor(link, view, editor) {
 		Object.assign(this, { link, view, editor });
-		link.addEventListener('simulated', e => { this.next = e.detail; });
-		link.addEventListener('path', e => this.#take(e.detail));
-		link.addEventListener('simulating', e => this.#far(e.detail));
-		this.slider = $('#scrub');
-		this.slider.addEventListener('input', () => this.seek(Math.min(this.about?.us, +this.slider.value * this.span / 1e4)));
-		$('#play').addEventListener('click', () => this.play(!this.playing));
-		$('#before').addEventListener('click', () => this.step(-1));
-		$('#behind').addEventListener('click', () => this.step(1));
-		addEventListener('keydown', e => {
+		hear(link, 'simulated', e => { this.next = e.detail; });
+		hear(link, 'path', e => this.#take(e.detail));
+		hear(link, 'simulating', e => this.#far(e.detail));
+		for (const own of ['script', 'world']) hear($(`#show-${own}`), 'click', () => this.#shows(own === 'world'));
+		hear($('#play'), 'click', () => this.play(!this.playing));
+		hear($('#before'), 'click', () => this.step(-1));
+		hear($('#behind'), 'click', () => this.step(1));
+		hear(window, 'keydown', e => {
 			const by = { ',': -1, '.': 1 }[e.key];
 			if (!by || e.ctrlKey || e.metaKey || e.altKey || e.target.isContentEditable || e.target.matches?.('input:not([type=range], [type=checkbox]), select, textarea')) return;
 			e.preventDefault();
 			this.step(by);
 		});
-		$('#compare').addEventListener('click', e => this.compare(e.target));
+		hear($('#compare'), 'click', e => this.compare(e.target));
 		for (const button of document.querySelectorAll('[data-view]')) {
-			button.addEventListener('click', () => {
+			hear(button, 'click', () => {
 				view.look(button.dataset.view);
 				for (const other of document.querySelectorAll('[data-view]')) other.setAttribute('aria-pressed', other === button);
 			});
 		}
 		view.picked = (time, line) => { this.seek(time * 1e6); editor.show(line); };
 		editor.moved = line => view.mark(line);
-		this.rows = $('#rows');
 		this.pulses = new Pulses(link, () => editor.value);
-		this.pulses.changed = () => this.stale();
-		this.rows.addEventListener('pointerdown', e => this.#down(e));
-		this.rows.addEventListener('pointermove', e => { if (e.buttons) this.#moved(e); else this.#hover(e); });
-		this.rows.addEventListener('pointerup', e => this.#up(e));
-		this.rows.addEventListener('pointercancel', () => { this.pulses.draft = null; this.#timeline(); });
-		new ResizeObserver(() => this.#timeline()).observe(this.rows);
+		this.pulses.changed = () => { this.last = null; this.stale(); };
+		this.pulses.refused = () => { this.last = this.about; this.settle(); };
+		this.timeline = new Timeline(this.pulses, us => this.seek(us));
 	}
 	// The text was changed: what is shown is that of another one from now on, until its own comes.
 	stale() {
@@ -86,37 +82,47 @@ export class Trial {
 		$('#sim-words').hidden = !words;
 	}
 	#take(buffer) {
-		const about = this.next;
-		const newest = this.isNewest(about);
-		if (newest) clearTimeout(this.waiting);
+		const about = this.last = this.next, newest = this.isNewest(about);
+		if (newest) this.#newest();
 		if (about.words !== undefined) {
-			if (newest) this.#say(about.words);
 			this.#dim(true);
 			this.came?.();
 			return;
 		}
-		if (newest) {
-			this.#dim(false);
-			this.#say('');
-			// A long job without a loop is shown as far as it is known, and then all of it.
-			if (about.cut && !about.turns && !about.all) {
-				this.#say('simulating on…');
-				this.link.say('simulate_all');
-			}
-		}
-		else if (this.view.steady) { this.#dim(false); this.#ease(); }
+		if (!newest && this.view.steady) { this.#dim(false); this.#ease(); }
 		this.about = about;
 		this.pulses.list = about.pulses ?? [];
 		this.view.machine = about.machine;
 		this.view.set(buffer);
 		this.#sum();
 		this.#prints();
-		// A run that waits for an input may go on where it stands: there is room to draw.
-		this.span = about.end.why === 'idle' ? about.us * 1.2 + 1e6 : about.us;
-		this.seek(Math.min(this.us, about.us));
-		this.#timeline();
+		this.#world();
+		this.us = Math.min(this.us, about.us);
+		this.timeline.us = this.us;
+		this.timeline.set(about);
+		this.seek(this.us);
 		this.dispatch?.(about);
 		this.came?.();
+	}
+	// The tool has the editor's text: its run may have come before the answer that numbers it, or long ago.
+	settle() { if (this.last && !this.fresh && this.isNewest(this.last)) this.#newest(); }
+	#newest() {
+		const { last } = this;
+		clearTimeout(this.waiting);
+		this.#dim(last.words !== undefined);
+		this.#say(last.words ?? '');
+		// A long job without a loop is shown as far as it is known, and then all of it.
+		if (last.cut && !last.turns && !last.all) {
+			this.#say('simulating on…');
+			this.link.say('simulate_all');
+		}
+		if (last === this.about) this.newest?.(last);
+	}
+	// What is left of the run when so much of its statements were begun, us; null where not all of it is known.
+	rest(part) {
+		const { about } = this, events = about?.events ?? [];
+		if (!this.fresh || !events.length || about.cut || about.heard_us || about.end.status !== 'done') return null;
+		return Math.max(0, about.us - events[Math.min(events.length - 1, Math.round(part * events.length))][0]);
 	}
 	#sum() {
 		const { about, kept } = this;
@@ -156,6 +162,21 @@ export class Trial {
 			about.lack ? h('p', {}, `The ${about.part} lacks what this program wants: ${about.lack}`) : '',
 			...about.failures.map(words => h('p', {}, words)));
 	}
+	// The script's world with what was drawn, beside the script.
+	#world() {
+		const [name, words] = this.about.world_file ?? [];
+		$('#files').hidden = !name;
+		text($('#show-script'), this.file() ?? 'Script');
+		text($('#show-world'), name ?? '');
+		text($('#world'), words ?? '');
+		if (!name) this.#shows(false);
+	}
+	#shows(world) {
+		$('#editor').hidden = world;
+		$('#world').hidden = !world;
+		$('#show-world').ariaPressed = String(world);
+		$('#show-script').ariaPressed = String(!world);
+	}
 	#prints() {
 		const prints = this.about.events.filter(event => event[2] !== null).slice(0, 500);
 		$('#prints').replaceChildren(...prints.map(([us, line, words]) => h('li', {},
@@ -168,17 +189,16 @@ export class Trial {
 		if (!this.about) return;
 		this.us = us;
 		this.event = k;
-		this.slider.value = this.span ? us / this.span * 1e4 : 0;
 		const here = this.view.at(us / 1e6);
 		// Of a very long run not all events are kept: what came behind them is told by the path alone.
 		const line = (us < (this.about.heard_us ?? Infinity) ? this.about.events[k]?.[1] : null) ?? here?.line ?? 0;
 		text($('#now'), `${time(us)} · line ${line || '?'}` + (here ? ` · ${here.place.map(p => mm(p, 2)).join(' ')} mm` : ''));
-		this.slider.setAttribute('aria-valuetext', `${time(us)}, line ${line}`);
+		this.timeline.slider.setAttribute('aria-valuetext', `${time(us)}, line ${line}`);
 		this.view.marker = here?.place ?? null;
 		this.view.draw();
 		if (!this.runs) this.editor.run(us > 0 || this.playing ? line - 1 : -1);
 		this.#values(us);
-		this.#cursor();
+		this.timeline.at(us);
 	}
 	// To the statement with an effect before or behind.
 	step(by) {
@@ -215,99 +235,6 @@ export class Trial {
 	besides() {
 		const { about, us, cells } = this;
 		this.beside?.show(this.fresh && about && !this.runs && (us > 0 || this.playing) ? { about, us, cells } : null);
-	}
-	// Inputs, outputs, what is printed and the fault over time.
-	#timeline() {
-		const canvas = this.rows, { us, events, end } = this.about ?? { us: 0, events: [] };
-		const prints = events.filter(event => event[2] !== null), faulty = end?.status === 'fault';
-		// [name, is an output, spans]; marks are spans without a length.
-		const rows = [...events.length ? [['line', false, []]] : [], ...this.about?.rows ?? []];
-		if (this.about?.pulses) rows.push(...this.pulses.more(rows, this.about.machine));
-		this.shown = rows;
-		if (prints.length || faulty) rows.push(['PRINT, fault', false, []]);
-		canvas.ariaLabel = `Inputs and outputs over time; ${prints.length} lines printed; ${faulty ? `${end.fault} at ${time(us)}` : 'no fault'}`;
-		const height = Math.max(1, rows.length) * 18 + 6, width = canvas.clientWidth;
-		canvas.hidden = !rows.length;
-		if (!rows.length || !width) return;
-		canvas.style.height = `${height}px`;
-		const paper = sheet(canvas, width, height, { willReadFrequently: true }), ink = inks(canvas);
-		paper.font = '11px sans-serif';
-		const x = at => 90 + Math.min(1, at / (this.span || 1)) * (width - 98), { draft, list } = this.pulses;
-		rows.forEach(([name, output, spans, input], n) => {
-			const y = 4 + n * 18;
-			paper.fillStyle = ink('--soft');
-			paper.fillText(name, 4, y + 11);
-			paper.fillStyle = ink('--grid');
-			paper.fillRect(90, y + 6, width - 98, 2);
-			paper.fillStyle = ink(output ? '--on' : '--in');
-			for (const [from, to] of spans) paper.fillRect(x(from), y + 1, Math.max(2, x(to) - x(from)), 12);
-			if (n === 0 && events.length) this.#lines(paper, ink, x, y);
-			if (output || !input) return;
-			paper.strokeStyle = ink('--accent');
-			for (const one of draft ? [...list, draft] : list) {
-				if (one.input === input) paper.strokeRect(x(one.from * 1e3), y + .5, Math.max(3, x(one.to * 1e3) - x(one.from * 1e3)), 13);
-			}
-		});
-		if (prints.length || faulty) {
-			const y = 4 + (rows.length - 1) * 18;
-			paper.fillStyle = ink('--accent');
-			for (const [at] of prints) paper.fillRect(x(at) - 1, y + 1, 2, 12);
-			paper.fillStyle = ink('--bad');
-			if (faulty) paper.fillRect(x(us) - 4, y + 1, 8, 12);
-		}
-		this.picture = paper.getImageData(0, 0, canvas.width, canvas.height);
-		this.x = x;
-		this.#cursor();
-	}
-	// Which line runs when, with its number where there is room.
-	#lines(paper, ink, x, y) {
-		const { events, us, heard_us } = this.about;
-		let last = -1, drawn = 0;
-		for (let k = 0; k < events.length; k++) {
-			const from = x(events[k][0]), to = x(events[k + 1]?.[0] ?? heard_us ?? us), line = events[k][1];
-			if (line === last && from - drawn < 1 || to - from < .5 && from - drawn < 1) continue;
-			paper.fillStyle = ink(line % 2 ? '--ghost' : '--line');
-			paper.fillRect(from, y + 1, Math.max(1, to - from - 1), 12);
-			if (to - from > 7 * String(line).length + 6) {
-				paper.fillStyle = ink('--text');
-				paper.fillText(line, from + 3, y + 11);
-			}
-			[last, drawn] = [line, from];
-		}
-	}
-	#cursor() {
-		if (!this.picture || this.rows.hidden) return;
-		const paper = this.rows.getContext('2d');
-		paper.putImageData(this.picture, 0, 0);
-		paper.fillStyle = inks(this.rows)('--text');
-		paper.fillRect(this.x(this.us), 0, 1, this.rows.height);
-	}
-	#time(e) { return Math.max(0, Math.min(1, (e.offsetX - 90) / (this.rows.clientWidth - 98))) * this.span; }
-	#point(e) { this.seek(Math.min(this.about.us, this.#time(e))); }
-	// The number of the input on whose row a pointer is.
-	#input(e) {
-		const row = this.about?.pulses && this.shown[Math.floor((e.offsetY - 4) / 18)];
-		return row && !row[1] && e.offsetX >= 90 ? row[3] : undefined;
-	}
-	#hover(e) {
-		const input = this.#input(e);
-		this.rows.style.cursor = input ? 'crosshair' : 'pointer';
-		this.rows.title = input ? 'Click or drag: the input is on then. Click what you drew: it goes away.' : '';
-	}
-	#down(e) {
-		const input = this.#input(e);
-		if (!input) { this.#point(e); return; }
-		this.rows.setPointerCapture(e.pointerId);
-		this.pressed = e.offsetX;
-		this.pulses.begin(input, Math.round(this.#time(e) / 1e3));
-	}
-	#moved(e) {
-		if (!this.pulses.draft) { this.#point(e); return; }
-		this.pulses.move(Math.round(this.#time(e) / 1e3));
-		this.#timeline();
-	}
-	#up(e) {
-		if (this.pulses.draft) this.pulses.end(Math.abs(e.offsetX - this.pressed));
 	}
 	play(on) {
 		if (!this.about) return;

@@ -36,6 +36,7 @@ const LANGUAGES = ['en', 'de', 'fr'], TABLE = {
 	range: ['{0} to {1}', '{0} bis {1}', '{0} à {1}'],
 	more: ['{0} more', '{0} mehr', '{0} plus'],
 	less: ['{0} less', '{0} weniger', '{0} moins'],
+	speed: ['Speed', 'Geschwindigkeit', 'Vitesse'],
 	input: ['Input {0}', 'Eingang {0}', 'Entrée {0}'],
 	late: ['{0} did not come in time.', '{0} kam nicht rechtzeitig.', '{0} n’est pas venue à temps.'],
 	signal: ['A signal that the program waits for did not come in time.', 'Ein Signal, auf das das Programm wartet, kam nicht rechtzeitig.', 'Un signal attendu par le programme n’est pas venu à temps.'],
