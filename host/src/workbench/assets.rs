@@ -59,20 +59,6 @@ assets! {
 
 /// Kind and bytes of the file at a path.
 pub fn find(path: &str) -> Option<(&'static str, &'static [u8])> {
-    if let Some(folder) = std::env::var_os("WORKBENCH_PAGE") {
-        let file = match path {
-            "/" => "index.html",
-            "/operator" => "operator.html",
-            "/setup" => "setup.html",
-            other => &other[1..],
-        let kind = if file.ends_with("js") {
-            JS
-        } else if file.ends_with("css") {
-            CSS
-        } else {
-            HTML
-        return std::fs::read(std::path::Path::new(&folder).join(file))
-            .ok()
     ALL.iter().find(|asset| asset.0 == path).map(|asset| (asset.1, asset.2))
 }
 
