@@ -44,9 +44,9 @@ def build():
 def page():
     """The workbench's page without board, helm and password, with addresses beside it."""
     text = (BENCH / "index.html").read_text()
-    cuts = [r'  <section id="(run|machine|pattern)".*?</section>\n', r' *<button role="tab" data-tab="(run|machine|pattern)".*?</button>\n',
-            r' *<button id="(quit|helm|stop)".*?</button>\n', r' *<span class="status">.*?</span></span>\n',
-            r' *<p id="(split|conflict)".*?</p>\n']
+    cuts = [r'\s*<section id="(run|machine|pattern)".*?</section>(?=\n)', r'\s*<button role="tab" data-tab="(run|machine|pattern)".*?</button>\n',
+            r'\s*<button id="(quit|helm|stop)".*?</button>(?=\n)', r'\s*<span class="status">.*?</span></span>(?=\n)',
+            r'\s*<p id="(split|conflict)".*?</p>(?=\n)']
     for cut, count in zip(cuts, (3, 3, 3, 1, 2)):
         text, found = re.subn(cut, "", text, flags=re.S)
         if found != count:

@@ -76,7 +76,6 @@ export class Script extends EventTarget {
 		this.#timer = setTimeout(() => this.sync(), PAUSE);
 		this.#changed(text);
 	}
-	// Resolves when the tool has the newest text.
 	async sync() {
 		clearTimeout(this.#timer);
 		while (this.#flight) await this.#flight;

@@ -45,6 +45,9 @@ export function action(label, run, given = {}) {
 	} }, label);
 }
 
+export const bar = (...parts) => h('div', { className: 'bar' }, ...parts);
+export const label = (...parts) => h('label', {}, ...parts);
+
 // The last of `count` for which `fits` holds, where it holds for all before it, too; -1: for none.
 export function lastOf(count, fits) {
 	let lo = -1, hi = count - 1;

@@ -132,7 +132,6 @@ export class Drag {
 		const step = stepOf(held) * (e.shiftKey ? this.#fine(held) : 1);
 		this.#write(this.#written(held, held.value + Math.round((e.clientX - this.#x) / PACE) * step, step));
 	}
-	// Writes another number there, unless somebody else wrote the text meanwhile.
 	#write(own) {
 		const held = this.#held, { editor } = this;
 		if (own === held.now) return true;

@@ -7,10 +7,8 @@ import { lastOf, hear } from './dom.js';
 
 // Height of a line in px, as in style.css, and lines beyond those in sight that are coloured.
 const HEIGHT = 20, AROUND = 30;
-// Lines of a block of a long text.
 const BLOCK = 200, PARTS = new RegExp(`(?:[^\\n]*\\n){1,${BLOCK}}`, 'g');
 const NAMES = ['word', 'function', 'number', 'remark', 'text', 'error', 'warning'];
-// What names mean, which the language server says a moment later.
 const MEANINGS = ['variable', 'constant', 'parameter', 'routine', 'label'];
 
 export class Editor {

@@ -1,5 +1,5 @@
 // A list of statements with examples: what is chosen comes into the script, at the caret's line.
-import { h, action } from './dom.js';
+import { h, action, bar } from './dom.js';
 
 export class Insert {
 	constructor(editor, statements) {
@@ -7,7 +7,7 @@ export class Insert {
 		this.list = h('div', { className: 'examples' });
 		this.find = h('input', { type: 'search', ariaLabel: 'Find a statement', placeholder: 'find', oninput: () => this.#fill(), autocomplete: 'off' });
 		this.box = h('dialog', { id: 'insert', ariaLabel: 'Insert a statement' },
-			h('div', { className: 'bar' }, this.find, h('button', { onclick: () => this.box.close() }, 'Cancel')), this.list);
+			bar(this.find, h('button', { onclick: () => this.box.close() }, 'Cancel')), this.list);
 		document.body.append(this.box);
 		this.button = action('Insert…', () => this.#open(), { id: 'insert-statement', title: 'A statement from a list, with an example' });
 	}

@@ -95,7 +95,6 @@ export class Language {
 		$('#problem-count').textContent = sum.join(', ') || 'no problems';
 		$('#problem-count').className = errors ? 'bad' : '';
 	}
-	// One-click remedies, where the server knows some.
 	async #fixes(d, row) {
 		if (!this.can.codeActionProvider) return;
 		const actions = await this.ask('codeAction', { range: d.told.range, context: { diagnostics: [d.told] } });
@@ -105,7 +104,6 @@ export class Language {
 			if (edits) row.append(h('button', { className: 'fix', onclick: () => this.apply(edits) }, fix.title));
 		}
 	}
-	// Applies edits, the last one first, so that places before stay.
 	apply(edits) {
 		const list = edits.map(e => [this.at(e.range.start), this.at(e.range.end), e.newText]);
 		list.sort((a, b) => b[0] - a[0]);

@@ -85,7 +85,6 @@ function list() {
 	box.value = loading ?? own ?? '';
 }
 
-// Quantities: variables with AT or KEEP, with the label and the range that the script gives them.
 hear(link, 'program', e => {
 	if (program && e.detail && program.crc === e.detail.crc) return;
 	program = e.detail;

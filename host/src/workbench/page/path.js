@@ -6,7 +6,6 @@ import { WIDTH, CLASSES, classify, colour, extent, nearest, piecesOf, strokes } 
 const TRAIL = 5000;
 // Pause after which a moved bitmap is stroked anew, ms; room around the view, px; how near a click must be, px.
 const REST = 80, MARGIN = 200, NEAR = 8;
-// Points that are drawn while a view is being turned.
 const TURNING = 20000;
 const VIEWS = { top: ['X', 'Y'], front: ['X', 'Z'], side: ['Y', 'Z'], space: null };
 
@@ -127,7 +126,6 @@ export class PathView {
 		const at = this.#on();
 		return [0, 1, 2, 3, 4, 5, 6, 7].map(n => at([0, 1, 2].map(k => (n >> k & 1 ? high : low)[k])));
 	}
-	// From a place to the paper, mm; up is less.
 	#on() {
 		const [[a, b, c], [d, e, f]] = this.project;
 		return ([x, y, z]) => [a * x + b * y + c * z, -(d * x + e * y + f * z)];

@@ -1,5 +1,5 @@
 // The wizard for patterns. The tool writes the script; this page shows it and puts it where it belongs.
-import { h, text, tell, action, hear } from './dom.js';
+import { h, text, tell, action, hear, label, bar } from './dom.js';
 import { micrometres, number, numberField, parsed } from './fields.js';
 
 // Fields of each shape: name, label, value, and mm or a count.
@@ -10,7 +10,6 @@ const SHAPES = {
 	sockets: ['Rows of sockets', [['count', 'Sockets', 2], ['apart', 'Apart', 25.4, 'mm'], ['pins', 'Pins in a row', 7], ['pitch', 'Pitch', 2.54, 'mm'], ['row', 'Between the rows', 7.62, 'mm']]],
 	points: ['Points of a file', []],
 };
-// A file that is larger is no list of points.
 const LARGEST = 400000;
 // From the last key to the points on the drawing, ms.
 const SOON = 150;
@@ -22,17 +21,17 @@ export class Pattern {
 
 	constructor(link, machine, script) {
 		Object.assign(this, { link, machine, script });
-		const field = (name, label, value, unit = '') => {
+		const field = (name, words, value, unit = '') => {
 			this.fields[name] = numberField({ value, name });
 			this.fields[name].dataset.own = value;
-			return h('label', {}, `${label} `, this.fields[name], unit && ` ${unit}`);
+			return label(`${words} `, this.fields[name], unit && ` ${unit}`);
 		};
 		this.shape = h('select', { id: 'shape', ariaLabel: 'Pattern', onchange: () => this.#shaped() },
 			...Object.entries(SHAPES).map(([value, [name]]) => h('option', { value }, name)));
 		this.boxes = Object.fromEntries(Object.entries(SHAPES).map(([name, [, list]]) =>
 			[name, h('span', { className: 'bar' }, ...list.map(([own, ...rest]) => field(`${name}_${own}`, ...rest)))]));
 		this.zigzag = h('input', { type: 'checkbox' });
-		this.boxes.grid.append(h('label', {}, this.zigzag, ' zigzag'));
+		this.boxes.grid.append(label(this.zigzag, ' zigzag'));
 		this.file = h('input', { type: 'file', id: 'points-file', ariaLabel: 'File of points', onchange: () => this.#read().catch(error => this.#told(error)) });
 		this.groups = h('span', { className: 'bar' });
 		this.boxes.points.append(this.file, h('span', { className: 'soft' }, 'CSV, KiCad .pos, Excellon or Gerber drill'), this.groups);
@@ -55,24 +54,22 @@ export class Pattern {
 		hear(panel, 'input change click', () => this.#soon());
 		hear(document, 'tab', () => this.#soon());
 		panel.append(
-			h('fieldset', {}, h('legend', {}, 'Points'), this.shape, h('label', {}, 'called ', this.name), ...Object.values(this.boxes),
+			h('fieldset', {}, h('legend', {}, 'Points'), this.shape, label('called ', this.name), ...Object.values(this.boxes),
 				h('span', { className: 'bar' }, field('x', 'First point (centre, zero of the list): X', 10, 'mm'), field('y', 'Y', 10, 'mm'), this.#here(['x', 'y'], 'XY'))),
-			h('fieldset', {}, h('legend', {}, 'At each point'), h('label', {}, this.down, ' Z goes down'), this.depths, this.turns = h('label', {}, this.spindle, ' spindle on (a drill; not for glue or a gripper)'), this.act, this.output, this.ms),
+			h('fieldset', {}, h('legend', {}, 'At each point'), label(this.down, ' Z goes down'), this.depths, this.turns = label(this.spindle, ' spindle on (a drill; not for glue or a gripper)'), this.act, this.output, this.ms),
 			h('fieldset', {}, h('legend', {}, 'Align to the workpiece'),
 				h('span', { className: 'soft' }, 'One taught point shifts the drawing, two turn it, three show whether it is mirrored.'),
-				this.frame, action('Add a taught point', () => this.#pair(), { id: 'add-pair' }), h('label', {}, this.mirrored, ' mirrored (seen from below)'), this.listed),
-			h('div', { className: 'foot' }, this.live, this.words, h('div', { className: 'bar' }, action('Show the script', () => this.#make(true), { id: 'show-pattern' }),
+				this.frame, action('Add a taught point', () => this.#pair(), { id: 'add-pair' }), label(this.mirrored, ' mirrored (seen from below)'), this.listed),
+			h('div', { className: 'foot' }, this.live, this.words, bar(action('Show the script', () => this.#make(true), { id: 'show-pattern' }),
 				action('Insert at the caret', () => this.#insert(), { id: 'insert-pattern', className: 'main' }), action('As a new script', () => this.#fresh(), { id: 'new-pattern' }))),
 			this.result);
 		this.#shaped();
 	}
-	// A button that takes the machine's present place.
 	#here(names, letters) {
 		const all = [names].flat();
 		return action('Here', async () => (await this.#place([...letters])).forEach((value, n) => { this.fields[all[n]].value = value; }),
 			{ ariaLabel: `Here: ${[...letters].join(' and ')} of the present place` });
 	}
-	// Machine positions of axes, mm.
 	async #place(letters) {
 		const place = await this.link.ask('place');
 		return letters.map(letter => {
@@ -123,7 +120,7 @@ export class Pattern {
 		// The two sides of a board are not placed at a time.
 		const sides = groups.every(group => ['top', 'bottom'].includes(group.toLowerCase()));
 		if (groups.length > 1) {
-			this.groups.append(...groups.map(group => h('label', {}, h('input', { type: 'checkbox', checked: !sides || group === groups[0], value: group }), ` ${group || 'others'}`)));
+			this.groups.append(...groups.map(group => label(h('input', { type: 'checkbox', checked: !sides || group === groups[0], value: group }), ` ${group || 'others'}`)));
 		}
 		this.fields.x.value = this.fields.y.value = 0;
 		this.listed.replaceChildren(...list.points.filter(point => point.name).slice(0, 500).map(point => h('option', { value: point.name })));

@@ -3,7 +3,6 @@ import { h, time, tell, refused } from './dom.js';
 
 // A click makes a pulse of this length, ms; one that is dragged shorter is taken for a click, px.
 const USUAL = 200, CLICK = 4;
-// Words before an input's number or name in a script.
 const READS = /\b(?:WaitIn\??|ON\s+IN|IN\s*\(|Probe\??\s+\w+\s*,[^,\n]*,[^,\n]*,)\s*([A-Za-z_]\w*|\d+)/gi;
 
 export class Pulses {
@@ -11,7 +10,6 @@ export class Pulses {
 	// What is being drawn: { input, from, to } in ms.
 	draft = null;
 
-	// `script`: the text; `changed`: what to do with the new list.
 	constructor(link, script) { Object.assign(this, { link, script }); }
 
 	// Inputs that a piece of the script reads: numbers, in the order in which they come.

@@ -1,5 +1,5 @@
 // Top rate and ramp by trial: faster and faster to and fro, until the switch says that steps were lost.
-import { h, text, tell, action, mm } from './dom.js';
+import { h, text, tell, action, mm, bar } from './dom.js';
 import { micrometres, number, numberField } from './fields.js';
 
 // From one trial to the next, and what of the last good one is taken.
@@ -56,8 +56,8 @@ export function rate(kit, letter, id) {
 	};
 	return { leave, content: [
 		h('p', {}, `The axis homes, looks where its switch closes, runs to and fro, and looks again: steps that were lost stand between the two. Its way must be free from the switch on. Faster and faster, then a steeper ramp if you like; of what went well two thirds are taken.`),
-		h('div', { className: 'bar' }, ...[['From', first, 'steps/s'], ['up to', last, 'steps/s'], ['ramp', ramp, 'steps/s²'], ['over', way, 'mm'], ['each', times, 'times']].map(([label, input, unit]) => h('label', {}, `${label} `, input, ` ${unit}`))),
-		h('div', { className: 'bar' }, go, take, action('Keep what it has', () => kit.next(id, `${own.top_rate} steps/s, ${own.accel} steps/s2, not tried to their end`), { id: 'keep-rate' })),
+		bar(...[['From', first, 'steps/s'], ['up to', last, 'steps/s'], ['ramp', ramp, 'steps/s²'], ['over', way, 'mm'], ['each', times, 'times']].map(([label, input, unit]) => h('label', {}, `${label} `, input, ` ${unit}`))),
+		bar(go, take, action('Keep what it has', () => kit.next(id, `${own.top_rate} steps/s, ${own.accel} steps/s2, not tried to their end`), { id: 'keep-rate' })),
 		told, list,
 	] };
 }

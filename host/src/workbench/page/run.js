@@ -10,7 +10,6 @@ const WORDS = {
 
 export class Run {
 	program = null; state = null;
-	// Whether the text has errors, as the language server says.
 	broken = () => false;
 	// The machine's axes; time that a job of which `count` of `all` statements were begun takes by its simulation, us, or
 	// null; what to mark on the drawing: places in mm.
@@ -71,7 +70,6 @@ export class Run {
 			throw error;
 		} finally { $('#upload-bar').hidden = true; }
 	}
-	// Feeds the text to the board; comes back when the job is over.
 	async stream() {
 		await this.script.sync();
 		await this.#fed('stream');
@@ -113,14 +111,11 @@ export class Run {
 		else if (this.#isText()) await this.begin();
 		else await this.begin(await this.upload());
 	}
-	// Begins the program that the page names: that one, or none.
 	async begin(program) {
 		const { program_bytes: bytes, program_crc: crc } = this.state.picture.identity;
 		await this.link.ask({ run: program ?? { bytes, crc } });
 	}
-	// Whether the board holds what stands in the editor at this moment.
 	#isText() { return this.state.current && this.script.synced; }
-	// Says which program the board holds, and how it stands to the text.
 	#badge() {
 		const { holds, picture } = this.state, badge = $('#badge');
 		const name = holds?.name?.replace(/\.bas$/i, ''), own = this.script.file?.replace(/\.bas$/i, '');
@@ -135,7 +130,6 @@ export class Run {
 		text($('#start-stored'), name && !is && name !== own ? `Start ${name}` : 'Start what is stored');
 		return is;
 	}
-	// How far a job is that is fed to the board.
 	#job(job, own) {
 		const bar = $('#upload-bar');
 		if (!job && !this.fed) return;

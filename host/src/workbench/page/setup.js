@@ -74,7 +74,6 @@ function go(id) {
 	draw();
 }
 
-// What a step may use.
 const kit = {
 	get own() { return own; },
 	get state() { return state; },
@@ -83,7 +82,6 @@ const kit = {
 	async ask(wish) { take(await link.ask({ setup: wish })); },
 	change: patch => kit.ask({ change: patch }),
 	done: (step, words) => kit.ask({ done: { step, words } }),
-	// Marks the step as done and shows the next one that is not.
 	async next(step, words) {
 		await kit.done(step, words);
 		const at = own.steps.findIndex(one => one.id === step);
@@ -94,12 +92,10 @@ const kit = {
 		if (!own.board || now && !own.applied) throw new Error('bring the machine to the board first');
 		return kit;
 	},
-	// Asks for something that moves, in words where it is refused.
 	move: wish => link.ask(wish),
 	// The machine's place of an axis in mm, by the profile in the making.
 	async place(letter) { return (await link.ask('place'))[letter] * kit.step(letter); },
 	step(letter) { const { scale } = own.profile[letter.toLowerCase()]; return scale.um / scale.steps / 1000; },
-	// Buttons that jog an axis while they are held.
 	pad: letter => [false, true].map(positive => {
 		const button = h('button', { className: 'jog', ariaLabel: `Jog ${letter} ${positive ? 'plus' : 'minus'}` }, `${letter}${positive ? '+' : '−'}`);
 		jog.arm(button, letter, positive);

@@ -31,7 +31,6 @@ function sha1(message) {
 	return [a0, b0, c0, d0, e0].flatMap(n => [n >>> 24 & 255, n >>> 16 & 255, n >>> 8 & 255, n & 255]);
 }
 
-// The proof in hexadecimal digits.
 export function hmac(secret, message) {
 	let key = bytes(secret);
 	if (key.length > 64) key = sha1(key);

@@ -1,11 +1,10 @@
 // The steps of the set-up: for each what it says, what it asks, and what it writes into the profile.
-import { h, text, tell, action, mm, refused } from './dom.js';
+import { h, text, tell, action, mm, refused, label, bar } from './dom.js';
 import { chips } from './chips.js';
 import { micrometres as um, number as of, numberField } from './fields.js';
 import { rate } from './rate.js';
 
 const p = (...words) => h('p', {}, ...words);
-const bar = (...parts) => h('div', { className: 'bar' }, ...parts);
 const number = (label, value, given = {}) => numberField({ value, ariaLabel: label, ...given });
 const plain = role => role.replaceAll('_', ' ');
 const whole = field => of(field, { whole: true });
@@ -16,7 +15,6 @@ const choice = (label, values, value, given = {}) => {
 };
 // Without keys that say nothing, as a person writes a profile.
 const lean = list => list.map(one => Object.fromEntries(Object.entries(one).filter(([, value]) => value !== null && value !== '')));
-// The inputs of a profile with one of them changed.
 const inputs = (profile, n, given) => {
 	const old = profile.input.find(one => one.n === n) ?? { n };
 	return lean([...profile.input.filter(one => one.n !== n), { ...old, ...given }].sort((a, b) => a.n - b.n));
@@ -31,9 +29,9 @@ export const STEPS = {
 			const pulse = number('Pulse, us', profile.pulse_us), setup = number('DIR before STEP, us', profile.dir_setup_us);
 			return { content: [
 				p('Everything switched off. Wire one thing after the other as the picture has it; what drives motors, spindle and valves stays without its own supply.'),
-				bar(h('label', {}, 'Switches and outputs ', wiring), profile.wiring === 'chain' ? 'on shift registers: 16 inputs, 16 outputs, a probe' : 'on the chip’s pins: 4 inputs, 2 outputs'),
+				bar(label('Switches and outputs ', wiring), profile.wiring === 'chain' ? 'on shift registers: 16 inputs, 16 outputs, a probe' : 'on the chip’s pins: 4 inputs, 2 outputs'),
 				...chips(pins, kit.chip),
-				bar(h('label', {}, 'Drivers want pulses of ', pulse, ' us'), h('label', {}, 'and DIR ', setup, ' us before'),
+				bar(label('Drivers want pulses of ', pulse, ' us'), label('and DIR ', setup, ' us before'),
 					action('Keep', () => kit.change({ pulse_us: whole(pulse), dir_setup_us: whole(setup) }))),
 				bar(action('It is wired like this', () => kit.next(id, `${profile.wiring} wiring, pulses of ${profile.pulse_us} us, DIR ${profile.dir_setup_us} us before`))),
 			] };
@@ -46,7 +44,7 @@ export const STEPS = {
 			const address = number('Address', link.address), speed = choice('Rate', [9600, 19200, 57600, 115200], link.rate), parity = choice('Parity', ['none', 'even', 'odd'], link.parity);
 			return { content: [
 				p('How the board is spoken to. Several boards on one line need an address each; long lines a slower rate.'),
-				bar(h('label', {}, 'Address ', address), h('label', {}, 'Rate ', speed, ' bit/s'), h('label', {}, 'Parity ', parity),
+				bar(label('Address ', address), label('Rate ', speed, ' bit/s'), label('Parity ', parity),
 					action('Keep', () => kit.change({ link: { address: whole(address), rate: +speed.value, parity: parity.value } }))),
 				p('Bring the machine to the board: that it answers again is the trial.'),
 				bar(action('It answers', () => {
@@ -164,8 +162,8 @@ export const STEPS = {
 			return { content: [
 				p('Mark where the axis stands, let it move, and measure how far it went: over a long way, with a rule or a dial.'),
 				p(`Now: ${scale.steps} steps for ${mm(scale.um / 1000)} mm.`),
-				bar(h('label', {}, 'Asked ', asked, ' mm'), action(`Move ${letter} forward`, () => move(1), { id: 'forward' }), action('back', () => move(-1), { id: 'backward' })),
-				bar(h('label', {}, 'Measured ', measured, ' mm'), action('Take this scale', async () => {
+				bar(label('Asked ', asked, ' mm'), action(`Move ${letter} forward`, () => move(1), { id: 'forward' }), action('back', () => move(-1), { id: 'backward' })),
+				bar(label('Measured ', measured, ' mm'), action('Take this scale', async () => {
 					await kit.ask({ scale: { axis: letter, asked_um: um(asked), measured_um: um(measured) } });
 					tell('Bring it to the board, and measure once more.');
 				}, { id: 'take-scale' }), action('It is exact', () => kit.next(id, `${scale.steps} steps for ${mm(scale.um / 1000)} mm, measured`), { id: 'exact' })),
@@ -183,8 +181,8 @@ export const STEPS = {
 			return { content: [
 				p(`Bring ${letter} near its switch, with a hand at Stop. It must run toward it, stop, and leave it slowly until it opens.`),
 				bar(...kit.pad(letter)),
-				bar(h('label', {}, 'Switch at the ', direction, ' end'), h('label', {}, 'fast ', fast, ' steps/s'), h('label', {}, 'slow ', slow, ' steps/s'), h('label', {}, 'search at most ', stroke, ' mm'),
-					h('label', {}, 'there is ', position, ' mm'), h('label', {}, 'clearance ', clear, ' mm'), action('Keep', keep, { id: 'keep-home' })),
+				bar(label('Switch at the ', direction, ' end'), label('fast ', fast, ' steps/s'), label('slow ', slow, ' steps/s'), label('search at most ', stroke, ' mm'),
+					label('there is ', position, ' mm'), label('clearance ', clear, ' mm'), action('Keep', keep, { id: 'keep-home' })),
 				bar(action(`Home ${letter}`, async () => { await kit.must(true).move({ home: [letter] }); tell(`${letter} is homed.`); }, { id: 'home' }),
 					action('It homes well', () => {
 						if (!kit.state?.picture.status?.homed.includes(letter)) throw new Error(`${letter} is not homed: let it run`);
@@ -205,7 +203,7 @@ export const STEPS = {
 			return { content: [
 				p(`Home ${letter}, then jog it carefully to each end and take the place a little before it. Nothing limits this way but the switch and your hand.`),
 				bar(action(`Home ${letter}`, () => kit.must(true).move({ home: [letter] }), { id: 'home' }), ...kit.pad(letter)),
-				bar(h('label', {}, 'Lowest ', from, ' mm'), here(from), h('label', {}, 'Highest ', to, ' mm'), here(to)),
+				bar(label('Lowest ', from, ' mm'), here(from), label('Highest ', to, ' mm'), here(to)),
 				bar(action('Take this travel', async () => {
 					await kit.change({ [low]: { min_um: um(from), max_um: um(to) } });
 					await kit.next(id, `${from.value} to ${to.value} mm`);

@@ -58,7 +58,6 @@ export function strokes(of, project, { every = 1, all = false } = {}) {
 	return { travel, work, rings: [...rings.values()] };
 }
 
-// All pieces of a line of the script in one path.
 export function piecesOf(of, project, line) {
 	const { points, words, count } = of, path = new Path2D(), [[a, b, c], [d, e, f]] = project;
 	let found = false;

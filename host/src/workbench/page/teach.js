@@ -1,6 +1,6 @@
 // Points by jogging: rows of a TABLE of the script, recorded, named, corrected, put in another order,
 // and tried one by one. Each change is written into the script at once, one step of undo each.
-import { h, text, tell, action, refused, hear } from './dom.js';
+import { h, text, tell, action, refused, hear, bar } from './dom.js';
 import { micrometres, numberField } from './fields.js';
 
 export class Teach {
@@ -14,8 +14,8 @@ export class Teach {
 		this.words = h('p', { className: 'soft' });
 		this.label = h('input', { id: 'point-name', className: 'new', placeholder: 'name', ariaLabel: 'Name of the next point', maxLength: 60 });
 		document.getElementById('teach').append(
-			h('div', { className: 'bar' }, this.choice, action('New table', () => this.#fresh(), { id: 'new-table' })),
-			h('div', { className: 'bar' }, this.label, action('Record this place', () => this.#record(), { id: 'record', className: 'main' })),
+			bar(this.choice, action('New table', () => this.#fresh(), { id: 'new-table' })),
+			bar(this.label, action('Record this place', () => this.#record(), { id: 'record', className: 'main' })),
 			this.words, this.head, this.list);
 		hear(document, 'tab', () => this.#picture());
 		hear(this.label, 'keydown', e => { if (e.key === 'Enter') this.#record().catch(refused); });
@@ -74,7 +74,6 @@ export class Teach {
 		await this.#edit(rows => [...rows, { name, at }]);
 		this.label.value = '';
 	}
-	// Changes the rows, behind the change that is being written.
 	#edit(change) {
 		const done = this.#tail.then(() => this.#write(change(this.rows)));
 		this.#tail = done.catch(() => {});

@@ -8,7 +8,6 @@ const LEFT = 90, RIGHT = 8, LEAST = 2000, STEP = 0.5;
 export class Timeline {
 	about = null; us = 0; span = 0; from = 0; to = 0; shown = [];
 
-	// `seek` shows the run at a time, us.
 	constructor(pulses, seek) {
 		Object.assign(this, { pulses, seek });
 		this.slider = $('#scrub');
@@ -139,7 +138,6 @@ export class Timeline {
 	}
 	#time(e) { return this.from + Math.max(0, Math.min(1, (e.offsetX - LEFT) / (this.rows.clientWidth - LEFT - RIGHT))) * (this.to - this.from); }
 	#show(us) { if (this.about) this.seek(Math.min(this.about.us, us)); }
-	// The number of the input on whose row a pointer is.
 	#input(e) {
 		const row = this.about?.pulses && this.shown[Math.floor((e.offsetY - 4) / 18)];
 		return row && !row[1] && e.offsetX >= LEFT ? row[3] : undefined;

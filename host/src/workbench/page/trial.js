@@ -12,7 +12,6 @@ const EASE = 150;
 export class Trial {
 	about = null; kept = null; us = 0; playing = false; fresh = false; runs = false; event = -1;
 	came = null; beside = null;
-	// Whether a simulation is that of the text in the editor.
 	isNewest = () => true;
 	file = () => null;
 
@@ -200,7 +199,6 @@ export class Trial {
 		this.#values(us);
 		this.timeline.at(us);
 	}
-	// To the statement with an effect before or behind.
 	step(by) {
 		const { about } = this;
 		if (!about) return;
@@ -210,7 +208,6 @@ export class Trial {
 		else this.seek(k < 0 ? 0 : about.us, k < 0 ? -1 : about.events.length - 1);
 		if (!this.runs && about.events[this.event]) this.editor.reveal(about.events[this.event][1] - 1);
 	}
-	// Number of the newest event at or before a time; -1: there is none.
 	#event(us) {
 		const events = this.about?.events ?? [];
 		return lastOf(events.length, k => events[k][0] <= us);
