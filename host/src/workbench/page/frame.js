@@ -9,9 +9,9 @@ export function frame(link, words, more) {
 		document.body.classList.add('blind');
 		more?.();
 	};
-	const said = h('p', { id: 'lock-words', role: 'alert' }), password = h('input', { id: 'password', type: 'password', ariaLabel: 'Password', autocomplete: 'off' });
+	const said = h('p', { id: 'lock-words', role: 'alert' }), password = h('input', { id: 'password', type: 'password', ariaLabel: words.password ?? 'Password', autocomplete: 'off' });
 	const lock = h('form', { id: 'lock', hidden: true, onsubmit: e => { e.preventDefault(); link.connect(password.value.trim()); } },
-		h('h2', {}, 'Password of this workbench'), said, password, ' ', h('button', { type: 'submit' }, 'Enter'));
+		h('h2', {}, words.password ?? 'Password of this workbench'), said, password, ' ', h('button', { type: 'submit' }, words.enter ?? 'Enter'));
 	$('#notes').before(lock);
 	hear(link, 'locked', e => { lock.hidden = false; text(said, e.detail); password.focus(); });
 	hear(link, 'welcome', () => { lock.hidden = true; });

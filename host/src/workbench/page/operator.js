@@ -9,6 +9,8 @@ import { language, words as say } from './words.js';
 const link = new Link();
 for (const name of ['start', 'pause', 'stop']) text($(`#${name}`), say[name]);
 text($('.program span'), say.program);
+text($('h1'), say.machine);
+$('#bar').ariaLabel = say.progress;
 text($('#helm'), say.control);
 document.documentElement.lang = language;
 const ACTIVE = ['running', 'paused', 'waitstart', 'stopping'];
@@ -18,7 +20,7 @@ let offer = null, loading = null, power = false, before = null, lost = false;
 
 const short = name => name.replace(/\.bas$/i, '');
 const refuse = error => tell(error.message, true);
-frame(link, { gone: say.toolGone, silent: say.noNews, ended: say.ended }, () => {
+frame(link, { ...say, gone: say.toolGone, silent: say.noNews, ended: say.ended }, () => {
 	text($('#lamp'), say.noAnswer);
 	$('#lamp').dataset.state = 'lost';
 	text($('#hint'), '');
@@ -220,9 +222,9 @@ function fault(status, at, active) {
 	if (!own) { card.replaceChildren(!status?.blocked_by ? '' : status.blocked_by === 255 ? say.unwired : say.blocks(named(status.blocked_by))); return; }
 	const input = status.input ? named(status.input) : '';
 	const what = own.code === 'F13' ? input ? say.late(input) : say.signal
-		: own.code === 'F14' ? say.stopped : `${own.text}.${input ? ` ${input.replace(/,$/, '')}.` : ''}`;
+		: own.code === 'F14' ? say.stopped : `${language === 'en' ? own.text : `${say.fault} ${own.code}`}.${input ? ` ${input.replace(/,$/, '')}.` : ''}`;
 	card.replaceChildren(h('div', {}, what, ' ', at === 'fault' ? say.thenAcknowledge : say.thenStart),
-		h('details', {}, h('summary', {}, say.service), `${own.code}: ${own.cause} ${own.remedy}${status.line ? ` ${say.line(status.line)}` : ''}`));
+		h('details', {}, h('summary', {}, say.service), `${own.code}: ${own.text}. ${own.cause} ${own.remedy}${status.line ? ` ${say.line(status.line)}` : ''}`));
 }
 hear($('#start'), 'click', () => {
 	$('#refused').hidden = true;
