@@ -40,9 +40,8 @@ function closed(lines, at, count, end) {
 	return false;
 }
 
-// Return at the end of line `at` of `count`; `lines(n)` is line n, `made(n)` says whether line n is an end that
-// Return has written. Gives the line as it shall be, the indentation of the next one, the end of the
-// block that is to follow, and whether the line below goes because this one is that end.
+// Return at the end of line `at` of `count`; `made(n)`: line n is an end that Return has written. Gives the line as it
+// shall be, the next one's indentation, the end of the block, and whether the line below goes: this one is that end.
 export function enter(lines, at, count, made) {
 	const line = lines(at), end = opens(line), words = bare(line);
 	if (end) {

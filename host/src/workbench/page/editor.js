@@ -1,6 +1,5 @@
-// A script's editor: plain text in one editable element. Colours and diagnostics are ranges of the
-// highlight registry, so nothing but the user's typing ever changes the text: undo, input methods,
-// spell checkers, screen readers and the clipboard see plain text.
+// A script's editor: plain text in one editable element. Colours and diagnostics are highlights, so nothing but the
+// user's typing changes it: undo, input methods, screen readers and the clipboard see plain text.
 
 import { enter } from './blocks.js';
 import { lastOf, hear } from './dom.js';

@@ -61,8 +61,7 @@ async function load(name) {
 		show();
 	}
 }
-// Start names the program of the state that the page shows. So a program counts as loaded when that state has come:
-// Start before it would ask for the old one and be refused.
+// A program counts as loaded when a state names it: Start would ask for the old one before.
 const seen = program => new Promise(done => {
 	const look = () => {
 		const { identity } = state?.picture ?? {};

@@ -355,14 +355,14 @@ export class PathView {
 		if (!this.feed) return;
 		const night = dark(), wide = 6, left = width - CLASSES * wide - 10, top = height - 30;
 		for (let n = 0; n < CLASSES; n++) {
-			paper.fillStyle = colour(n, night);
+			paper.fillStyle = colour(this.laser ? CLASSES + n : n, night);
 			paper.fillRect(left + n * wide, top, wide, 8);
 		}
 		paper.fillStyle = ink('--soft');
 		paper.textAlign = 'left';
 		paper.fillText('0', left, height - 8);
 		paper.textAlign = 'right';
-		paper.fillText(`${this.feed.toFixed(1)} mm/s`, width - 10, height - 8);
+		paper.fillText(this.laser ? 'laser, 100 %' : `${this.feed.toFixed(1)} mm/s`, width - 10, height - 8);
 		paper.textAlign = 'left';
 	}
 	// The machine itself, as the board tells it; `homed`: its place is known. The trail has no place from

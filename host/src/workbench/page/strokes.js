@@ -1,19 +1,20 @@
 // A path as lines on paper: travel apart from work, work in classes of speed, and a ring where the tool
 // goes straight down. Coordinates are mm; a projection makes two of three.
 
-// 5 floats a point: time s, X, Y, Z mm, word (line, style, bit 28: first of a piece, bit 29: reference run).
+// 5 floats a point: time s, X, Y, Z mm, word (line, style, bit 28: first of a piece, bit 29: reference run,
+// bits 26, 27, 30, 31: a laser's power in fourteenths and one more, or 0).
 export const WIDTH = 5, CLASSES = 16;
-const RAPID = 0;
+const RAPID = 0, CUT = 2;
 
 // Even steps of viridis; on dark paper without its dark end, on light without its pale one.
 const VIRIDIS = ['#440154', '#481467', '#482576', '#453781', '#404688', '#39558c', '#33638d', '#2d718e', '#287d8e', '#238a8d',
 	'#1f968b', '#20a386', '#29af7f', '#3dbc74', '#56c667', '#75d054', '#95d840', '#bade28', '#dde318', '#fde725'];
-export const colour = (n, dark) => VIRIDIS[n + (dark ? 4 : 0)];
+// A laser's power is grey: nothing is like the paper.
+export const colour = (n, dark) => n < CLASSES ? VIRIDIS[n + (dark ? 4 : 0)] : `hsl(218 12% ${dark ? 25 + 4.5 * (n - CLASSES) : 88 - 5 * (n - CLASSES)}%)`;
 
-const styleOf = word => word >>> 24 & 15, first = word => word >>> 28 & 1, homes = word => word >>> 29 & 1;
+const styleOf = word => word >>> 24 & 3, power = word => word >>> 26 & 3 | word >>> 30 << 2, first = word => word >>> 28 & 1, homes = word => word >>> 29 & 1;
 
-// What a path has to be drawn with: class of speed of each point (that of the way to it), the fastest work
-// and the fastest of all, mm/s, and how many pieces go straight down.
+// Class of speed, or of a laser's power, of each point (that of the way to it), the fastest work and the fastest, mm/s.
 export function classify({ points, words, count }) {
 	const speed = new Float32Array(count);
 	let feed = 0, fastest = 0;
@@ -27,14 +28,20 @@ export function classify({ points, words, count }) {
 		if (styleOf(word) !== RAPID && speed[i] > feed) feed = speed[i];
 	}
 	const top = feed || fastest || 1;
-	return { classes: Uint8Array.from(speed, v => Math.min(CLASSES - 1, Math.floor(v / top * CLASSES))), feed, fastest, speed };
+	let laser = false;
+	const classes = Uint8Array.from(speed, (v, i) => {
+		const own = styleOf(words[i * WIDTH + 4]) === CUT && power(words[i * WIDTH + 4]);
+		if (own) laser = true;
+		return own ? CLASSES + own : Math.min(CLASSES - 1, Math.floor(v / top * CLASSES));
+	});
+	return { classes, feed, fastest, speed, laser };
 }
 
 // Lines of a path: `travel`, `work` by class, `rings` [u, v, class, point]; null for what it does not have.
 // `every`: only each so many points, for a path that is being turned. `all`: everything in one line.
 export function strokes(of, project, { every = 1, all = false } = {}) {
 	const { points, words, count, classes } = of, [[a, b, c], [d, e, f]] = project;
-	const travel = new Path2D(), work = Array.from({ length: all ? 1 : CLASSES }, () => new Path2D());
+	const travel = new Path2D(), work = Array.from({ length: all ? 1 : 2 * CLASSES }, () => new Path2D());
 	const rings = new Map(), u = at => a * points[at + 1] + b * points[at + 2] + c * points[at + 3];
 	const v = at => -(d * points[at + 1] + e * points[at + 2] + f * points[at + 3]);
 	let last = null, home = false, from = 0;
