@@ -11,6 +11,7 @@ import { PathView } from './path.js';
 import { Trial } from './trial.js';
 import { Run } from './run.js';
 import { Machine } from './machine.js';
+import { held } from './jog.js';
 import { Library } from './library.js';
 import { Teach } from './teach.js';
 import { Pattern } from './pattern.js';
@@ -86,13 +87,9 @@ function build(welcome) {
 	hear($('#from-disk'), 'click', () => link.ask({ reload: true }));
 	hear($('#keep-text'), 'click', () => link.ask({ reload: false }));
 	for (const [id, stop] of [['#press-start', false], ['#press-stop', true]]) {
-		let held = false;
-		const press = down => { if (held !== down) link.say({ press: { stop, down: held = down } }); };
-		const key = e => e.key === ' ' || e.key === 'Enter';
-		hear($(id), 'pointerdown', () => press(true));
-		hear($(id), 'pointerup pointercancel pointerleave blur', () => press(false));
-		hear($(id), 'keydown', e => { if (key(e)) press(true); });
-		hear($(id), 'keyup', e => { if (key(e)) press(false); });
+		let is = false;
+		const press = down => { if (is !== down) link.say({ press: { stop, down: is = down } }); };
+		held($(id), () => press(true), () => press(false));
 	}
 }
 

@@ -1,4 +1,3 @@
-// Completion list, hover and signature beside the text.
 import { h, hear } from './dom.js';
 
 const MOST = 12;

@@ -1,7 +1,6 @@
 // What Return does in a script: the new line is indented, a block that opens is closed, and a line that
 // closes one goes back to where that begins.
 
-// Lines that are looked through for where a block begins or ends.
 const FAR = 2000;
 const ENDS = [['IF', 'END IF'], ['FOR', 'NEXT'], ['WHILE', 'WEND'], ['DO', 'LOOP'], ['REPEAT', 'END REPEAT'], ['SELECT', 'END SELECT'],
 	['SUB', 'END SUB'], ['FUNCTION', 'END FUNCTION']];

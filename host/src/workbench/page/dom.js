@@ -1,5 +1,3 @@
-// Small helpers for elements.
-
 export function h(tag, given = {}, ...children) {
 	const element = document.createElement(tag);
 	if (tag === 'button') element.type = 'button';

@@ -1,5 +1,5 @@
-// Numbers of the script that are dragged: the text, its check and its simulation follow at once. What was
-// dragged is one step of undo; Escape leaves the number as it was.
+// Numbers of the script that are dragged: the text and its run follow at once. A drag is one step of undo; Escape
+// leaves the number as it was.
 import { h, text, hear } from './dom.js';
 
 // px of a step; ms until a number with the caret has a handle, and until the next number goes to the tool.
@@ -7,7 +7,6 @@ const PACE = 4, LATER = 200, PATIENCE = 600;
 const NUMBER = /(?<![\w.])([XYZIJKRPQFS]?)(-?)(\d[\d_]*(?:\.\d*)?|\.\d+)((?:mm|um|in|st)(?:\/(?:s2|s|min))?|ms|s|min)?(?![\w.])/gi;
 const BLOCK = /^\s*(?:N\d+\s+)?[GMTFSXYZ]-?[\d.]/i;
 
-// The number at a column of a line, with what is needed to write another one; null: none is there.
 export function numberAt(line, column, lex) {
 	for (const match of line.matchAll(NUMBER)) {
 		const [all, letter, sign, digits, unit = ''] = match;

@@ -31,6 +31,9 @@ export class Editor {
 			CSS.highlights.set(name, high);
 			return [name, high];
 		}));
+		this.heard = [];
+		this.watch = new MutationObserver(list => this.heard.push(...list));
+		this.watch.observe(this.text, { characterData: true, childList: true, subtree: true });
 		hear(this.text, 'beforeinput', e => this.before(e));
 		hear(this.text, 'input', () => this.read());
 		hear(this.text, 'keydown', e => this.key(e));
@@ -117,14 +120,43 @@ export class Editor {
 	}
 	// Text, nodes and line starts as they are now; breakpoints move with their lines.
 	read() {
-		const old = this.value, before = this.lines;
+		const old = this.value, before = this.lines, [from, tail] = this.#again() ?? this.#whole();
+		if (old === this.value) return;
+		this.halts = null;
+		this.follow(old, before, this.lines.length - before.length, from, tail);
+		this.changed(this.value, this.busy);
+		this.paint();
+	}
+	// A key changes one node of a long text: that alone is read. Gives how much before and behind it is the same; null:
+	// more has changed.
+	#again() {
+		const nodes = new Set([...this.heard.splice(0), ...this.watch.takeRecords()].map(own => own.type === 'characterData' ? own.target : null));
+		const [node] = nodes, start = this.starts.get(node);
+		if (nodes.size !== 1 || start === undefined) return null;
+		const k = lastOf(this.nodes.length, n => this.nodes[n][0] <= start), long = this.nodes[k][2], end = start + long, { data } = node;
+		if (this.nodes[k][1] !== node || !data || data.endsWith('\n') !== this.value.slice(start, end).endsWith('\n')) return null;
+		const by = data.length - long, { value, lines } = this, tail = value.length - end;
+		this.value = value.slice(0, start) + data + value.slice(end);
+		this.nodes[k] = [start, node, data.length];
+		for (let n = k + 1; by && n < this.nodes.length; n++) {
+			const own = this.nodes[n];
+			this.nodes[n] = [own[0] + by, own[1], own[2]];
+			this.starts.set(own[1], own[0] + by);
+		}
+		const own = [];
+		for (let i = data.indexOf('\n'); i >= 0; i = data.indexOf('\n', i + 1)) own.push(start + i + 1);
+		const behind = lines.slice(lastOf(lines.length, n => lines[n] <= end) + 1);
+		this.lines = lines.slice(0, lastOf(lines.length, n => lines[n] <= start) + 1).concat(own, by ? behind.map(at => at + by) : behind);
+		return [start, tail];
+	}
+	#whole() {
 		this.nodes = [];
 		this.starts = new Map();
 		let text = '';
 		const walk = document.createTreeWalker(this.text, NodeFilter.SHOW_TEXT | NodeFilter.SHOW_ELEMENT);
 		for (let node; (node = walk.nextNode());) {
 			if (node.nodeType === 3) {
-				this.nodes.push([text.length, node]);
+				this.nodes.push([text.length, node, node.length]);
 				this.starts.set(node, text.length);
 				text += node.data;
 			} else if (node.tagName === 'BR' ? node.nextSibling : text && !text.endsWith('\n')) {
@@ -134,18 +166,14 @@ export class Editor {
 		this.value = text;
 		this.lines = [0];
 		for (let i = text.indexOf('\n'); i >= 0; i = text.indexOf('\n', i + 1)) this.lines.push(i + 1);
-		if (old === text) return;
-		this.halts = null;
-		this.follow(old, before, this.lines.length - before.length);
-		this.changed(text, this.busy);
-		this.paint();
+		return [0, 0];
 	}
 	// Marks behind a change move with their text; a diagnostic inside of it goes.
-	follow(old, before, grown) {
+	follow(old, before, grown, from, tail) {
 		const text = this.value;
-		let same = 0;
+		let same = from;
 		while (same < text.length && same < old.length && text[same] === old[same]) same++;
-		let end = 0;
+		let end = tail;
 		const most = Math.min(text.length, old.length) - same;
 		while (end < most && text[text.length - 1 - end] === old[old.length - 1 - end]) end++;
 		const by = text.length - old.length, last = old.length - end;
@@ -243,7 +271,6 @@ export class Editor {
 		this.run(this.running);
 		this.painted?.(first, Math.min(last, this.lines.length));
 	}
-	// Marks the line that runs, from 0; -1 for none.
 	run(line) {
 		this.running = line;
 		this.mark.hidden = line < 0;
@@ -258,7 +285,6 @@ export class Editor {
 		this.diags = list;
 		this.later();
 	}
-	// Lines of this text with an effect; marks on other ones go to the next of them.
 	halt(lines) {
 		this.halts = lines;
 		const moved = new Set([...this.breaks].map(line => lines.find(own => own > line)).filter(Boolean).map(line => line - 1));

@@ -8,7 +8,6 @@ export function numberField(given = {}) {
 		whole: undefined, className: `number ${given.className ?? ''}`.trim() });
 }
 
-// What stands in a field; null: no number, or not all of it is one.
 export function parsed(text) {
 	const words = text.trim().replace('−', '-').replace(',', '.');
 	return /^[+-]?(\d+\.?\d*|\.\d+)$/.test(words) ? +words : null;

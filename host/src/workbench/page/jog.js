@@ -7,6 +7,25 @@ import { hear } from './dom.js';
 
 const PERIOD = 100;
 
+// What is done as long as a button is held, by pointer or key; not while `holds` says no.
+export function held(button, begin, end, holds = () => true) {
+	hear(button, 'pointerdown', e => {
+		if (!e.isPrimary || e.button !== 0) return;
+		e.preventDefault();
+		button.focus({ preventScroll: true });
+		if (!holds()) return;
+		button.setPointerCapture(e.pointerId);
+		begin();
+	});
+	hear(button, 'pointerup pointercancel lostpointercapture blur', end);
+	hear(button, 'contextmenu', e => e.preventDefault());
+	hear(button, 'keydown keyup', e => {
+		if (e.key !== ' ' && e.key !== 'Enter' || !holds()) return;
+		e.preventDefault();
+		if (e.type === 'keyup') end(); else if (!e.repeat) begin();
+	});
+}
+
 export class Jog {
 	// Numbers of holds never come twice, in other pages neither.
 	static #next = Date.now() * 1000;
@@ -25,29 +44,9 @@ export class Jog {
 	}
 	get held() { return this.#held !== null; }
 
-	// What is done as long as a button is held, by pointer or key; not while `holds` says no.
-	#hold(button, begin, holds = () => true) {
-		hear(button, 'pointerdown', e => {
-			if (!e.isPrimary || e.button !== 0) return;
-			e.preventDefault();
-			button.focus({ preventScroll: true });
-			if (!holds()) return;
-			button.setPointerCapture(e.pointerId);
-			begin();
-		});
-		hear(button, 'pointerup pointercancel lostpointercapture blur', () => this.end());
-		hear(button, 'contextmenu', e => e.preventDefault());
-		const key = (name, run) => hear(button, name, e => {
-			if (e.key !== ' ' && e.key !== 'Enter' || !holds()) return;
-			e.preventDefault();
-			run(e);
-		});
-		key('keydown', e => { if (!e.repeat) begin(); });
-		key('keyup', () => this.end());
-	}
 	// Makes a button move an axis; by a step, or as long as it is held.
 	arm(button, axis, positive) {
-		this.#hold(button, () => this.begin(button, axis, positive), () => this.step() === 0);
+		held(button, () => this.begin(button, axis, positive), () => this.end(), () => this.step() === 0);
 		hear(button, 'click', () => {
 			const step = this.step();
 			if (step !== 0) this.move(axis, positive ? step : -step);
@@ -56,11 +55,11 @@ export class Jog {
 	// Makes a button go to a place while it is held, an axis after the other: `plan` gives
 	// [[axis, machine position in steps], ...]. Who lets go stops it; at the place it rests.
 	armTo(button, plan) {
-		this.#hold(button, () => {
+		held(button, () => {
 			this.#way = { button, rest: plan() };
 			this.#last = 0;
 			this.#follow();
-		});
+		}, () => this.end());
 	}
 	// The next axis of the way, when the one before is at its place and its hold is over.
 	#follow() {

@@ -21,9 +21,7 @@ export class Machine {
 			} }, name)));
 		hear($('#speed'), 'input', () => text($('#speed-value'), `${mm(this.speed() / 1000, 1)} mm/s`));
 		$('#home-all').append(action('Home all', () => link.ask({ home: [] }), { id: 'home' }));
-		if ($('#write-machine')) {
-			hear($('#write-machine'), 'click', () => this.#ask('profile'));
-		}
+		hear($('#write-machine'), 'click', () => this.#ask('profile'));
 	}
 	// um/s: the slider goes from slow to fast by equal factors.
 	speed() {

@@ -76,7 +76,6 @@ export class PathView {
 		this[kind] = places;
 		if (this.#moving) this.draw(); else this.fit();
 	}
-	// The line of the script whose pieces are drawn thick; 0: none.
 	mark(line) {
 		if (line === this.#line) return;
 		this.#line = line;
@@ -102,7 +101,6 @@ export class PathView {
 		this.#kept = on ? { points, words, count, classes } : null;
 		this.look(this.view);
 	}
-	// The whole path in sight, or the machine's travel where there is none.
 	fit() {
 		const [low, high] = (this.box ?? this.#room()).map(own => [...own]);
 		for (const spot of [...this.spots, ...this.taught.map(own => own.at)]) spot.forEach((own, n) => { low[n] = Math.min(low[n], own); high[n] = Math.max(high[n], own); });
@@ -202,7 +200,6 @@ export class PathView {
 		else return;
 		e.preventDefault();
 	}
-	// Turns the view in space round the middle of what is shown.
 	#rotate(turn, tilt) {
 		const [low, high] = this.box ?? this.#room(), middle = low.map((own, n) => (own + high[n]) / 2), before = this.#on()(middle);
 		this.turn -= turn;

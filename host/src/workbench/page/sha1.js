@@ -1,5 +1,5 @@
-// SHA-1 (FIPS 180-4) and HMAC (RFC 2104) of short texts: a page on plain http has no crypto.subtle.
-// It proves that the page knows the secret of this start, so that the secret stays off the line.
+// SHA-1 (FIPS 180-4) and HMAC (RFC 2104): a page on plain http has no crypto.subtle. They prove that the page knows
+// the secret of this start, which stays off the line.
 
 function bytes(text) { return [...new TextEncoder().encode(text)]; }
 

@@ -54,7 +54,6 @@ export function strokes(of, project, { every = 1, all = false } = {}) {
 		const rapid = styleOf(word) === RAPID, path = all ? work[0] : rapid ? travel : work[classes[i]];
 		if (last !== path) path.moveTo(u(from), v(from));
 		path.lineTo(u(at), v(at));
-		// From above: down and not along.
 		if (!rapid && !c && !f && points[at + 1] === points[from + 1] && points[at + 2] === points[from + 2] && points[at + 3] !== points[from + 3]) {
 			const key = `${points[at + 1].toFixed(3)}/${points[at + 2].toFixed(3)}`;
 			if (!rings.has(key)) rings.set(key, [u(at), v(at), classes[i], i]);

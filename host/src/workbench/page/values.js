@@ -1,5 +1,5 @@
-// Beside the lines of the script: what the variables that they name hold at the time of the slider, where
-// a move with a value of the script goes to, and what PRINT wrote. Only of the very text that was simulated.
+// Beside the lines of the script: values of their variables at the slider's time, where a move goes to, and what PRINT
+// wrote. Only of the very text that was simulated.
 import { h, mm, lastOf } from './dom.js';
 import { WIDTH } from './strokes.js';
 
@@ -15,7 +15,6 @@ export class Values {
 		editor.root.append(this.box);
 		editor.painted = (first, last) => this.#draw(first, last);
 	}
-	// Shows a run at a time; null: none is this text's.
 	show(now) {
 		this.#now = now;
 		if (now) this.editor.later(); else if (this.box.firstChild) this.box.replaceChildren();
