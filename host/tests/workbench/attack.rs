@@ -91,6 +91,7 @@ fn hasty_keys_are_all_saved() -> Outcome<()> {
     let Some(stand) = Stand::start("Wait 1s\n", &[])? else { return Ok(()) };
     let page = stand.page()?;
     page.end_of_script()?;
+    page.type_text("\n")?;
     let mut typed = String::from("Wait 1s\n");
     for n in 0..40 {
         let line = format!("Wait {n}ms\n");

@@ -92,7 +92,7 @@ fn a_part_of_the_run_is_shown_larger() -> Outcome<()> {
     // A statement out of sight comes in sight, by key.
     let before = page.eval(words)?;
     page.eval("document.querySelector('#path').focus()")?;
-    for _ in 0..6 {
+    for _ in 0..3 {
         page.press(",", "", 0, ",", 0)?;
     }
     at(&page, 2)?;
