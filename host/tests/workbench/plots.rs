@@ -27,7 +27,7 @@ fn places_and_variables_are_plotted_held_and_exported() -> Outcome<()> {
     page.push("#start")?;
     page.says("#run-state", "running")?;
     // Until the variable has changed twice: the axis has moved by then.
-    page.wait("+document.querySelector('#vars .number').value >= 2", PATIENCE)?;
+    page.wait("+document.querySelector('#vars .number')?.value >= 2", PATIENCE)?;
     page.push("#freeze")?;
     let table = exported(&page)?;
     assert!(table.starts_with("seconds,n,X mm,X mm/s\n"), "{table}");
@@ -39,7 +39,7 @@ fn places_and_variables_are_plotted_held_and_exported() -> Outcome<()> {
     assert!(rows.len() > 5 && rows.windows(2).all(|two| two[0][0] <= two[1][0]), "{table}");
     assert!(rows.iter().any(|row| row[2] > 1.0) && rows.iter().any(|row| row[3] < -1.0), "{table}");
     // Held: what comes meanwhile is not in it.
-    page.wait("+document.querySelector('#vars .number').value >= 3", PATIENCE)?;
+    page.wait("+document.querySelector('#vars .number')?.value >= 3", PATIENCE)?;
     assert_eq!(exported(&page)?, table);
     page.push("#freeze")?;
     let more = exported(&page)?;
