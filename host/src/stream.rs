@@ -21,6 +21,7 @@ pub mod late;
 pub mod near;
 pub mod piece;
 pub mod pump;
+pub mod way;
 
 #[cfg(test)]
 mod tests;

@@ -326,7 +326,13 @@ fn path(number: u64, curves: &[Curve]) -> Vec<u8> {
             break;
         }
         let style = Style::ALL.iter().position(|style| *style == curve.style).unwrap_or(0) as u32;
-        let word = (curve.line & 0xFF_FFFF) | style << 24 | u32::from(curve.home) << 29;
+        // A laser's power in fourteenths and one more; 0 without a laser.
+        let power = curve.power.map_or(0, |part| 1 + (part.clamp(0.0, 1.0) * 14.0).round() as u32);
+        let word = (curve.line & 0xFF_FFFF)
+            | style << 24
+            | (power & 3) << 26
+            | u32::from(curve.home) << 29
+            | (power >> 2) << 30;
         for (i, point) in curve.points.iter().enumerate() {
             bytes.extend(((point.us / 1e6) as f32).to_le_bytes());
             point.at.iter().for_each(|at| bytes.extend((*at as f32).to_le_bytes()));

@@ -20,7 +20,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 BENCH = ROOT / "host/src/workbench/page"
 SHARED = ["assist.js", "blocks.js", "document.js", "dom.js", "drag.js", "editor.js", "insert.js", "language.js", "lexer.js", "path.js", "pulses.js",
-          "strokes.js", "style.css", "tabs.js", "trial.js", "values.js"]
+          "strokes.js", "style.css", "tabs.js", "timeline.js", "trial.js", "values.js"]
 # Programs of other systems that are shown beside the scripts.
 FOREIGN = ["import/contour.nc", "import/dil14.isel", "import/drill.drl", "import/plate.pal"]
 # What a visitor waits for, as servers send it, bytes.
@@ -44,9 +44,9 @@ def build():
 def page():
     """The workbench's page without board, helm and password, with addresses beside it."""
     text = (BENCH / "index.html").read_text()
-    cuts = [r'  <section id="(run|machine|pattern)".*?</section>\n', r' *<button role="tab" data-tab="(run|machine|pattern)".*?</button>\n',
-            r' *<button id="(quit|helm|stop)".*?</button>\n', r' *<span class="status">.*?</span></span>\n',
-            r' *<p id="(split|conflict)".*?</p>\n']
+    cuts = [r'\s*<section id="(run|machine|pattern)".*?</section>(?=\n)', r'\s*<button role="tab" data-tab="(run|machine|pattern)".*?</button>\n',
+            r'\s*<button id="(quit|helm|stop)".*?</button>(?=\n)', r'\s*<span class="status">.*?</span></span>(?=\n)',
+            r'\s*<p id="(split|conflict)".*?</p>(?=\n)']
     for cut, count in zip(cuts, (3, 3, 3, 1, 2)):
         text, found = re.subn(cut, "", text, flags=re.S)
         if found != count:

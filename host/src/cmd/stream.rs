@@ -178,9 +178,9 @@ impl Stream {
             let goal = self.goal(&whole, profile, console)?;
             let mut track = Track::new(profile, [0; 3], 0);
             job.skip(goal, &mut track).map_err(|refused| self.refuse(refused, console))?;
-            let (approach, on) = self.approach(&track, goal, board, console)?;
-            job.lead(track.darkens(on));
-            job.lead(approach.instructions());
+            let way = self.approach(&track, goal, board, console)?;
+            job.lead(track.darkens(way.on));
+            job.lead(way.approach.instructions());
             let restored = track.restore().map_err(|fault| self.wrong_place(fault))?;
             job.lead(restored);
             Checked::default()

@@ -24,6 +24,8 @@ pub(super) struct Around {
     /// What to say of it.
     pub words: Option<String>,
     pub pulses: Vec<Pulse>,
+    /// Name of the world's file, and its text with the pulses; none: nothing is around the machine.
+    pub file: Option<(String, String)>,
 }
 
 /// NAME.rhai beside NAME.bas.
@@ -80,7 +82,10 @@ impl Bench {
             (false, true) => given.is_empty().then(|| format!("with the world {name}")),
             (false, false) => Some(format!("with the world {name} and {many}{keeps}")),
         };
-        Ok(Around { world: world.with_switches(given.switches()), words, pulses })
+        let own = beside(script, folder).filter(|_| given.is_empty());
+        let name = own.map_or(name, |own| name_of(&own));
+        let file = (!text.trim().is_empty()).then(|| (name_of(Path::new(&name)), text));
+        Ok(Around { world: world.with_switches(given.switches()), words, pulses, file })
     }
 
     /// These pulses are drawn now, all of them.

@@ -51,6 +51,7 @@ assets! {
     "/tabs.js" JS "tabs.js"
     "/teach.js" JS "teach.js"
     "/library.js" JS "library.js"
+    "/timeline.js" JS "timeline.js"
     "/trial.js" JS "trial.js"
     "/values.js" JS "values.js"
     "/words.js" JS "words.js"

@@ -16,6 +16,7 @@ use super::client::Client;
 use super::library;
 use super::message::{HoldWish, MoveWish, ToPage, Wish};
 use super::session::Answer;
+use super::streamed::Middle;
 use crate::board::live::Touch;
 use crate::client::orders;
 use crate::client::status::long;
@@ -40,7 +41,11 @@ pub fn serve(
     let later = Ask { bench, client, ask };
     match wish {
         Wish::Upload => return later.upload(),
-        Wish::Stream => return later.stream(),
+        Wish::Stream => return later.stream(None),
+        Wish::StreamFrom { line, way: None } => return later.way(line),
+        Wish::StreamFrom { line, way: Some(way) } => {
+            return later.stream(Some(Middle { line, way }));
+        }
         Wish::Bring(name) => return later.bring_file(&name),
         Wish::Library => return later.answer(library::list),
         Wish::Choose(number) => {
@@ -67,6 +72,11 @@ pub fn serve(
         Wish::Override([feed, rapid]) => {
             if !(10..=200).contains(&feed) || !(10..=100).contains(&rapid) {
                 return Err("an override lies in 10..200 %, of rapid moves in 10..100 %".to_owned());
+            }
+            if bench.setting.is_operators() && feed > 100 {
+                return Err(
+                    "this page makes the work slower, not faster than it is written".to_owned()
+                );
             }
             return later.write(wire::OVERRIDES, vec![feed, rapid]);
         }

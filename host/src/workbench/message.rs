@@ -96,6 +96,14 @@ pub enum Wish {
     Upload,
     /// Compile the text and feed it to the board, piece by piece.
     Stream,
+    /// The same from a line on. Without `way` nothing moves, and the answer says how the board comes there.
+    StreamFrom {
+        /// From 1.
+        line: u32,
+        /// The way as the page has shown it; the board goes no other one.
+        #[serde(default)]
+        way: Option<String>,
+    },
     /// Compile another script of the folder and bring it to the board.
     Bring(String),
     /// The programs that the board holds.

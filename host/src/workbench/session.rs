@@ -234,5 +234,6 @@ fn is_operators(wish: &Wish, emulated: bool) -> bool {
             | Wish::Pause
             | Wish::Resume
             | Wish::Set { .. }
+            | Wish::Override(_)
     ) || emulated && matches!(wish, Wish::Input(..) | Wish::Press { .. })
 }

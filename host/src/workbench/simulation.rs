@@ -75,10 +75,12 @@ impl Bench {
                 world: bench.setting.world.clone(),
                 words: Some(words),
                 pulses: Vec::new(),
+                file: None,
             });
             let mut trial = trial::simulate(number, &loaded, &around.world, part, &budget);
             trial.about["world"] = json!(around.words);
             trial.about["pulses"] = json!(around.pulses);
+            trial.about["world_file"] = json!(around.file);
             if lock(&bench.wanted).is_some() && trial.about["cut"] == true {
                 continue;
             }

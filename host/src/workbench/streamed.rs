@@ -6,6 +6,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use lang::place::Place;
 use lang::wire::{Control, End, RunState};
 use serde::Serialize;
 use serde_json::json;
@@ -17,11 +18,13 @@ use super::session::Answer;
 use super::stored::compare;
 use crate::client::ClientError;
 use crate::client::status::{Status, state_name};
+use crate::client::stream::Slots;
 use crate::helm::{Board, Entry, Picture};
 use crate::stream::check::check;
 use crate::stream::feed::{Feed, Refused};
-use crate::stream::job::Job;
+use crate::stream::job::{Goal, Job};
 use crate::stream::pump::{self, Outcome, Progress, PumpError};
+use crate::stream::way::{self, NoWay, Way};
 use crate::track::Track;
 use crate::trial::Loaded;
 
@@ -39,9 +42,19 @@ pub struct Streamed {
     wanted: Option<Control>,
 }
 
+/// Where a job begins in its middle.
+pub struct Middle {
+    /// From 1.
+    pub line: u32,
+    /// How the board comes there, as it was shown.
+    pub way: String,
+}
+
 /// How far it is.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Shown {
+    /// Number of the text that is fed: the page may show another one by now.
+    number: u64,
     /// The line that runs.
     line: u32,
     /// Statements of the machine that were begun.
@@ -109,21 +122,39 @@ impl Drop for Ends {
 }
 
 impl Ask<'_> {
-    /// Feeds the present text to the board. The answer comes when the job is over.
-    pub fn stream(&self) -> Result<Answer, String> {
+    /// How the board comes to where the present text goes on at a line; nothing moves.
+    pub fn way(&self, line: u32) -> Result<Answer, String> {
+        let loaded = self.bench.compile()?;
+        let bench = self.bench.clone();
+        self.answer(move |board| {
+            let (mut job, _) = job(&bench, &loaded, board)?;
+            let (_, way) = skip(&loaded, &mut job, board, line)?;
+            let leg = |leg: &[Option<Place>; 3]| leg.map(|place| place.map(|place| place.um));
+            let legs: Vec<_> = way.approach.legs.iter().map(leg).collect();
+            Ok(Some(json!({ "way": way::told(&way.approach), "legs": legs })))
+        })
+    }
+
+    /// Feeds the present text to the board, or what follows a line. The answer comes when the job is over.
+    pub fn stream(&self, from: Option<Middle>) -> Result<Answer, String> {
+        let number = lock(&self.bench.desk).number();
         let loaded = self.bench.compile()?;
         lock(&self.bench.streamed).get_or_insert_default();
         let ends = Ends(self.bench.clone());
         self.answer(move |board| {
-            let result = run(&ends.0, &loaded, board);
+            let result = run(&ends.0, (number, &loaded), from.as_ref(), board);
             ends.0.helm.refresh();
             result.map(|told| Some(json!(told)))
         })
     }
 }
 
-/// Checks the whole job, and runs it; what came of it, in words.
-fn run(bench: &Arc<Bench>, loaded: &Loaded, board: &mut Board) -> Result<String, String> {
+/// A job of a text for this board, and the board's room for its pieces.
+fn job<'a>(
+    bench: &Bench,
+    loaded: &'a Loaded,
+    board: &mut Board,
+) -> Result<(Job<'a>, Slots), String> {
     let profile = &loaded.program.profile;
     compare(board, profile)?;
     let identity = board.identity().map_err(words)?;
@@ -138,14 +169,60 @@ fn run(bench: &Arc<Bench>, loaded: &Loaded, board: &mut Board) -> Result<String,
             "KEEP values of a streamed job are kept in a file: run `pasapas stream {file}`"
         ));
     }
-    let standing = board.stream_standing().map_err(words)?;
-    let track = Track::new(profile, standing.steps, standing.homed);
-    let whole = feed.clone();
-    let mut job = Job::new(feed, slots.bytes.into());
-    let checked = check(whole, track).map_err(refused)?;
-    let all = if checked.open.is_some() { 0 } else { checked.count };
+    Ok((Job::new(feed, slots.bytes.into()), slots))
+}
+
+/// Leads a job to a line; what it has set by then, and how the board comes there.
+fn skip(
+    loaded: &Loaded,
+    job: &mut Job<'_>,
+    board: &mut Board,
+    line: u32,
+) -> Result<(Track, Way), String> {
+    let mut track = Track::new(&loaded.program.profile, [0; 3], 0);
+    job.skip(Goal::Line { line, pass: 1 }, &mut track).map_err(refused)?;
+    let way = way::find(board, &track, None).map_err(|none| match none {
+        NoWay::Link(error) => words(error),
+        NoWay::Latched => "a fault is latched: acknowledge it first".to_owned(),
+        NoWay::NotHomed(axis) => {
+            let axis = axis.letter();
+            format!("the job has homed {axis} before line {line}, and the board has not: home {axis} first")
+        }
+        NoWay::Wrong(fault) => format!("the way to line {line}: {fault} {}", fault.text()),
+    })?;
+    Ok((track, way))
+}
+
+/// Checks the whole job, and runs it, or what follows a line; what came of it, in words.
+fn run(
+    bench: &Arc<Bench>,
+    (number, loaded): (u64, &Loaded),
+    from: Option<&Middle>,
+    board: &mut Board,
+) -> Result<String, String> {
+    let file = lock(&bench.desk).name().unwrap_or_else(|| "FILE".to_owned());
+    let (mut job, slots) = job(bench, loaded, board)?;
+    let all = if let Some(Middle { line, way: shown }) = from {
+        let (track, way) = skip(loaded, &mut job, board, *line)?;
+        if way::told(&way.approach) != *shown {
+            return Err("the way there is another one by now: look at it again".to_owned());
+        }
+        job.lead(track.darkens(way.on));
+        job.lead(way.approach.instructions());
+        let restored = track.restore();
+        job.lead(
+            restored
+                .map_err(|fault| format!("the way to line {line}: {fault} {}", fault.text()))?,
+        );
+        0
+    } else {
+        let standing = board.stream_standing().map_err(words)?;
+        let track = Track::new(&loaded.program.profile, standing.steps, standing.homed);
+        let checked = check(job.feed().clone(), track).map_err(refused)?;
+        if checked.open.is_some() { 0 } else { checked.count }
+    };
     *lock(&bench.streamed) =
-        Some(Streamed { shown: Shown { all, ..Shown::default() }, ..Streamed::default() });
+        Some(Streamed { shown: Shown { number, all, ..Shown::default() }, ..Streamed::default() });
     let mut watch = |progress: &Progress| {
         let mut streamed = lock(&bench.streamed);
         let streamed = streamed.as_mut()?;

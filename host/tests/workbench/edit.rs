@@ -285,6 +285,21 @@ fn the_caret_of_a_long_line_is_in_sight() -> Outcome<()> {
     page.wait(seen, PATIENCE)
 }
 
+/// A laser's work is grey by its power, and the scale says so.
+#[test]
+fn a_lasers_power_is_grey() -> Outcome<()> {
+    let text = include_str!("../../../examples/laser.bas");
+    let Some(stand) = Stand::start(text, &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.says("#sums", "runs to its end")?;
+    let greys = "(async () => { const { colour, CLASSES } = await import('/strokes.js'); return [0, 8, 15].map(n => colour(CLASSES + n, false)).join() })()";
+    assert_eq!(page.eval(greys)?, "hsl(218 12% 88%),hsl(218 12% 48%),hsl(218 12% 13%)");
+    // On the drawing, without its scale.
+    page.rest()?;
+    let hues = "(() => { const c = document.querySelector('#path'), d = c.getContext('2d').getImageData(0, c.height * .3, c.width, c.height * .4).data; let grey = 0, green = 0; for (let n = 0; n < d.length; n += 4) { const [r, g, b] = [d[n], d[n + 1], d[n + 2]]; if (g > r + 60 && g > b + 20) green++; if (r < 100 && Math.abs(r - b) < 30) grey++; } return green < 20 && grey > 200 })()";
+    page.wait(hues, PATIENCE)
+}
+
 /// Drilled holes are rings, travel is dashed, and path and text lead to one another; as many views as there
 /// are, with Z upward also where a machine counts it downward.
 #[test]

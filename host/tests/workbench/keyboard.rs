@@ -125,6 +125,14 @@ fn tab_leads_through_the_whole_page() -> Outcome<()> {
     page.window(820, 1180, false)?;
     page.part("script")?;
     walk(&page, "script")?;
+    // And on a phone, in the dark, each of them.
+    page.window(390, 844, false)?;
+    page.theme(true)?;
+    for part in ["simulate", "run", "machine", "pattern"] {
+        page.part(part)?;
+        walk(&page, &format!("{part} on a phone"))?;
+    }
+    page.theme(false)?;
     page.window(1440, 900, false)?;
     // A board that is emulated has its buttons here; Start is held as a finger holds it.
     page.part("machine")?;

@@ -6,7 +6,7 @@ use std::time::Duration;
 use serde_json::json;
 
 use crate::cdp::{Outcome, Page};
-use crate::stand::Stand;
+use crate::stand::{PATIENCE, Stand};
 
 /// A program with everything to see.
 const TEXT: &str = include_str!("../../../examples/pocket.bas");
@@ -57,6 +57,40 @@ fn every_part_fits_every_screen_in_both_themes() -> Outcome<()> {
     assert!(problem.is_err(), "the page's script failed: {problem:?}");
     let problem = page.event("Log.entryAdded", Duration::from_millis(1));
     assert!(problem.is_err(), "the browser complains: {problem:?}");
+    Ok(())
+}
+
+/// What of a part cannot be brought in sight, and whether Stop is.
+const LOST: &str = "(() => {
+    const lost = [], shown = [...document.querySelectorAll('main > section.shown')];
+    for (const own of document.querySelectorAll('main > section.shown :is(button, input, select, summary)')) {
+        if (!own.checkVisibility() || own.closest('.gutter') || own.type === 'file') continue;
+        own.scrollIntoView({ block: 'center' });
+        const r = own.getBoundingClientRect(), there = document.elementFromPoint(r.x + r.width / 2, r.y + r.height / 2);
+        if (!own.contains(there) && !there?.closest('label')?.contains(own)) lost.push(own.id || own.ariaLabel || own.textContent);
+    }
+    const stop = document.querySelector('#stop').getBoundingClientRect(), least = Math.min(...shown.map(own => own.getBoundingClientRect().height));
+    if (stop.top < 0 || stop.bottom > innerHeight || stop.right > innerWidth) lost.push('Stop');
+    if (least < 120) lost.push(`a part of ${least} px`);
+    return lost.join(', ');
+})()";
+
+/// A phone on its side, and the page at 200 %: every part can be used, and Stop stays in sight.
+#[test]
+fn each_part_can_be_used_on_a_low_screen() -> Outcome<()> {
+    let Some(stand) = Stand::start(TEXT, &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.says("#sums", "runs to its end")?;
+    page.upload()?;
+    page.wait("document.querySelector('.note') === null", PATIENCE)?;
+    for (width, height) in [(844, 390), (720, 450), (390, 844)] {
+        page.window(width, height, true)?;
+        for tab in ["script", "simulate", "run", "machine", "pattern"] {
+            page.eval(&format!("document.querySelector('[data-tab={tab}]').click()"))?;
+            page.rest()?;
+            assert_eq!(page.eval(LOST)?, "", "{tab} at {width} x {height}");
+        }
+    }
     Ok(())
 }
 

@@ -5,6 +5,7 @@
 //! installs it. Pictures go to the folder that WORKBENCH_PICTURES names.
 #![cfg(unix)]
 
+mod attack;
 mod cdp;
 mod edit;
 mod keyboard;
@@ -14,7 +15,9 @@ mod measure;
 mod numbers;
 mod operator;
 mod pattern;
+mod plots;
 mod pulses;
+mod races;
 mod run;
 mod safety;
 mod setup;

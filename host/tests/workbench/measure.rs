@@ -116,7 +116,7 @@ fn eight_hours_leave_nothing_behind() -> Outcome<()> {
     page.click("#vars input[type=checkbox]")?;
     page.push("#start")?;
     page.says("#console", "piece 3")?;
-    page.eval("(() => { const heard = socket.onmessage; window.states = []; socket.onmessage = e => { if (typeof e.data === 'string' && e.data.startsWith('{\"state\"')) window.newest = e.data; heard(e); }; })()")?;
+    page.eval("(() => { const heard = socket.onmessage; window.states = []; socket.onmessage = e => { if (typeof e.data === 'string' && e.data.startsWith('{\"state\"') && e.data.includes('\"pos\"')) window.newest = e.data; heard(e); }; })()")?;
     page.wait("window.newest !== undefined", PATIENCE)?;
     // One hour: a state every two seconds, a printed line each second, a simulation each ten minutes.
     let hour = "(async () => {

@@ -84,6 +84,33 @@ fn a_quantity_is_set_before_start_by_its_label_and_within_its_range() -> Outcome
     page.wait("document.querySelector('.quantity input').value === '4'", PATIENCE)
 }
 
+/// The work goes slower by a finger in a glove, and not faster than it is written.
+#[test]
+fn the_operator_makes_the_work_slower() -> Outcome<()> {
+    let Some(mut stand) = Stand::with_world("G1 X1 F600\n", "", &["--operator"])? else {
+        return Ok(());
+    };
+    let page = stand.page()?;
+    page.window(390, 844, true)?;
+    page.says("#speed", "100 %")?;
+    for percent in [90, 80] {
+        page.push("#speed button")?;
+        page.says("#speed", &format!("{percent} %"))?;
+    }
+    let large = "[...document.querySelectorAll('button, select, input')].filter(own => own.checkVisibility()).map(own => [own.id || own.ariaLabel, own.getBoundingClientRect()]).filter(([, r]) => r.height < 64 || r.width < 64).map(([id]) => id).join()";
+    assert_eq!(page.eval(large)?, "", "too small for a glove");
+    for percent in [90, 100] {
+        page.push("#speed button:last-of-type")?;
+        page.says("#speed", &format!("{percent} %"))?;
+    }
+    page.wait("document.querySelector('#speed button:last-of-type').disabled", PATIENCE)?;
+    let past = "(async () => { const { Link } = await import('/link.js'); const link = new Link(); await new Promise(done => link.addEventListener('welcome', done)); await link.ask({ helm: true }); try { await link.ask({ override: [150, 100] }); return 'done' } catch (e) { return e.message } })()";
+    let told = page.eval(past)?;
+    assert!(told.as_str().is_some_and(|own| own.contains("not faster")), "{told}");
+    assert_eq!(stand.board()?.status()?.runs, 0);
+    Ok(())
+}
+
 /// What is named is what the board holds, whoever brought it, and nothing else starts.
 #[test]
 fn the_program_that_is_named_is_the_one_that_starts() -> Outcome<()> {

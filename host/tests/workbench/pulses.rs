@@ -20,6 +20,7 @@ fn place(page: &Page, row: usize, part: f64) -> Outcome<(f64, f64)> {
 fn a_pulse_that_is_drawn_goes_on_with_the_run_and_into_the_scripts_world() -> Outcome<()> {
     let Some(stand) = Stand::start(SCRIPT, &[])? else { return Ok(()) };
     let page = stand.page()?;
+    page.wait("document.querySelector('#files').hidden", PATIENCE)?;
     // The dead end of a wait says which input it is, and one click leads on.
     page.says("#sim-fault", "Line 3 waits for an input")?;
     page.says("#sim-fault .pulse", "Input 3 comes")?;
@@ -28,6 +29,16 @@ fn a_pulse_that_is_drawn_goes_on_with_the_run_and_into_the_scripts_world() -> Ou
     page.says("#prints", "has it")?;
     page.says("#sim-notes", "with 1 drawn pulse; Save writes it to job.rhai")?;
     page.says("#sim-notes", "Input 3 part is on from")?;
+    // The world is beside the script, as text.
+    page.says("#show-world", "job.rhai")?;
+    page.push("#show-world")?;
+    page.says("#world", "set_in(3, true)")?;
+    page.wait("document.querySelector('#editor').hidden", PATIENCE)?;
+    page.push("#show-script")?;
+    page.wait(
+        "document.querySelector('#world').hidden && document.querySelector('#editor').checkVisibility()",
+        PATIENCE,
+    )?;
     // A drag on the input's row draws another one: outputs have the first row.
     let (from, to) = (place(&page, 1, 0.8)?, place(&page, 1, 0.9)?);
     page.mouse("mousePressed", from)?;

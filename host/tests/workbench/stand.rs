@@ -56,7 +56,8 @@ pub struct Board {
 }
 
 impl Board {
-    fn start(more: &[&str]) -> Outcome<Board> {
+    /// A virtual one, with these options of `pasapas board`.
+    pub fn start(more: &[&str]) -> Outcome<Board> {
         let (process, port) = Process::start(&[&["board"], more].concat())?;
         let mut client = Client::new(link::open(&port)?, 1);
         client.find().map_err(|error| error.to_string())?;

@@ -23,6 +23,7 @@ fn a_long_job_is_fed_paused_resumed_and_stopped_from_the_page() -> Outcome<()> {
     // How far it is: of 1 000 statements the first ones.
     page.says("#job", "streamed: line")?;
     page.says("#job", " %")?;
+    page.says("#job", " left")?;
     page.wait("!document.querySelector('#upload-bar').hidden && document.querySelector('#upload-bar').value > 0", PATIENCE)?;
     page.wait("!document.querySelector('.ed .run').hidden", PATIENCE)?;
     // The machine's place goes on while the job has the board.
@@ -67,6 +68,46 @@ fn a_job_ends_by_itself_and_a_fault_is_told() -> Outcome<()> {
     page.push("#stream")?;
     page.says("#notes", "F13 in line")?;
     page.says("#notes", "--from-line")
+}
+
+/// A job goes on at a line: the way there is shown first, and the board goes that one or none.
+#[test]
+fn a_job_goes_on_in_its_middle_on_the_way_that_was_shown() -> Outcome<()> {
+    let text = "PRINT \"begins\"\nG0 X5 Y3 F3000\nG1 X10 F3000\nPRINT \"goes on\"\nG1 X15\nWaitIn 3, ON, 50ms\n";
+    let Some(mut stand) = Stand::with_board(text)? else { return Ok(()) };
+    let page = stand.page()?;
+    page.tab("run")?;
+    page.eval("document.querySelector('#middle').open = true")?;
+    page.fill("#from-line", "x")?;
+    page.push("#show-way")?;
+    page.says("#notes", "is not a whole number")?;
+    page.fill("#from-line", "4")?;
+    page.push("#show-way")?;
+    page.says("#way-words", "X to 10 mm, Y to 3 mm")?;
+    let before = stand.board()?.status()?;
+    assert_eq!((before.runs, before.pos.x), (0, Some(0)), "it moved");
+    // Another line: what was shown is not that one's way.
+    page.fill("#from-line", "3")?;
+    page.wait("document.querySelector('#go-way').hidden", PATIENCE)?;
+    let past = "(async () => { const { Link } = await import('/link.js'); const link = new Link(); await new Promise(done => link.addEventListener('welcome', done)); await link.ask({ helm: true }); try { await link.ask({ stream_from: { line: 4, way: 'X to 1 mm' } }); return 'done' } catch (e) { return e.message } finally { await link.ask({ helm: false }) } })()";
+    let told = page.eval(past)?;
+    assert!(told.as_str().is_some_and(|own| own.contains("another one by now")), "{told}");
+    assert_eq!(stand.board()?.status()?.runs, 0, "it moved");
+    page.push("#helm")?;
+    page.says("#helm", "You have the helm")?;
+    page.fill("#from-line", "4")?;
+    page.push("#show-way")?;
+    page.says("#way-words", "line 4 begins")?;
+    page.push("#go-way")?;
+    page.says("#console", "goes on")?;
+    // It faults, and the field has the line to go on with.
+    page.says("#notes", "F13 in line 6")?;
+    page.wait("document.querySelector('#from-line').value === '6'", PATIENCE)?;
+    let said = page.eval("document.querySelector('#console').textContent.includes('begins')")?;
+    assert_eq!(said, false, "it began at its first line");
+    // Not over a latched fault.
+    page.push("#show-way")?;
+    page.says("#notes", "acknowledge it first")
 }
 
 #[test]

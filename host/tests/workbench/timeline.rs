@@ -66,6 +66,53 @@ fn slider_and_rows_have_one_scale() -> Outcome<()> {
     Ok(())
 }
 
+/// A part of the run on the whole width, by buttons, keys and wheel; what is shown of the run comes in sight.
+#[test]
+fn a_part_of_the_run_is_shown_larger() -> Outcome<()> {
+    let Some(stand) = Stand::start(SCRIPT, &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    page.says("#sums", "runs to its end")?;
+    let words = "document.querySelector('#zoom-words').textContent";
+    assert_eq!(page.eval(words)?, "");
+    page.wait("document.querySelector('#zoom-out').disabled", PATIENCE)?;
+    // The slider's middle stays where it is: a knob's way is a shorter time now.
+    let to = |value: u32| {
+        page.eval(&format!("(() => {{ const s = document.querySelector('#scrub'); s.value = {value}; s.dispatchEvent(new Event('input')); return document.querySelector('#now').textContent }})()"))
+    };
+    let middle = to(5_000)?;
+    page.push("#zoom-in")?;
+    page.push("#zoom-in")?;
+    page.says("#zoom-words", " to ")?;
+    assert_eq!(to(5_000)?, middle);
+    let end = to(10_000)?;
+    assert!(
+        end != middle && page.eval(words)?.as_str().is_some_and(|own| !own.is_empty()),
+        "{end}"
+    );
+    // A statement out of sight comes in sight, by key.
+    let before = page.eval(words)?;
+    page.eval("document.querySelector('#path').focus()")?;
+    for _ in 0..3 {
+        page.press(",", "", 0, ",", 0)?;
+    }
+    at(&page, 2)?;
+    page.wait(&format!("{words} !== {before}"), PATIENCE)?;
+    page.wait("+document.querySelector('#scrub').value < 10", PATIENCE)?;
+    // The same by keys on the slider, and by the wheel where the pointer is.
+    page.eval("document.querySelector('#scrub').focus()")?;
+    page.press("0", "Digit0", 48, "0", 0)?;
+    page.wait(&format!("{words} === ''"), PATIENCE)?;
+    page.press("+", "", 0, "+", 0)?;
+    page.says("#zoom-words", "0 ms to ")?;
+    page.press("-", "", 0, "-", 0)?;
+    page.wait(&format!("{words} === ''"), PATIENCE)?;
+    page.eval("(() => { const r = document.querySelector('#rows'), b = r.getBoundingClientRect(); r.dispatchEvent(new WheelEvent('wheel', { bubbles: true, cancelable: true, ctrlKey: true, deltaY: -600, clientX: b.right - 9, clientY: b.y + 9 })) })()")?;
+    page.wait(&format!("!{words}.startsWith('0 ms') && {words} !== ''"), PATIENCE)?;
+    // Another text: the part stays as far as the run has it, and all of it is a button away.
+    page.push("#zoom-all")?;
+    page.wait(&format!("{words} === ''"), PATIENCE)
+}
+
 /// Sixteen times as fast as the machine is not once, and neither is all of it in 20 s.
 #[test]
 fn it_plays_as_fast_as_is_said() -> Outcome<()> {

@@ -117,3 +117,37 @@ fn a_long_text_is_written_across_its_blocks() -> Outcome<()> {
     page.undo()?;
     shows(&text)
 }
+
+/// What a key changes is read alone in a long text; it is what reading all of it gives, whatever is written, taken out
+/// and undone: text, line starts and nodes.
+#[test]
+fn a_text_is_read_as_it_stands() -> Outcome<()> {
+    let Some(stand) = Stand::start("Wait 1s\n", &[])? else { return Ok(()) };
+    let page = stand.page()?;
+    let write = r#"(async () => {
+        const { Editor } = await import('/editor.js');
+        const box = document.createElement('div'); box.style.height = '300px'; document.body.append(box);
+        const e = new Editor(box, () => [], () => {}, () => {});
+        const fresh = () => { let text = ''; const walk = document.createTreeWalker(e.text, NodeFilter.SHOW_TEXT | NodeFilter.SHOW_ELEMENT); for (let node; (node = walk.nextNode());) { if (node.nodeType === 3) text += node.data; else if (node.tagName === 'BR' ? node.nextSibling : text && !text.endsWith('\n')) text += '\n'; } return text; };
+        let seed = 7; const rnd = n => { seed = (seed * 1103515245 + 12345) % 2147483648; return seed % n; };
+        let fast = 0; const bad = [];
+        for (const long of [20, 9000]) { e.set(Array.from({ length: long }, (_, n) => 'G1 X' + n + '\n').join(''));
+          for (let k = 0; k < 300; k++) { const n = e.value.length, at = rnd(n + 1), op = rnd(9);
+            const before = e.nodes;
+            if (op < 3) { e.select(at, at); document.execCommand('insertText', false, 'x' + k); }
+            else if (op === 3) { e.select(at, Math.min(n, at + rnd(30))); document.execCommand('delete'); }
+            else if (op === 4) { e.select(at, at); document.execCommand('insertLineBreak'); }
+            else if (op === 5) { e.select(at, Math.min(n, at + rnd(3000))); e.put('a\nb\nc'); }
+            else if (op === 6) document.execCommand('undo');
+            else if (op === 7) { if (e.place(at)[0].nodeType === 3 && at < n) e.poke(at, Math.min(n, at + 1), '7'); }
+            else { await new Promise(d => setTimeout(d)); e.select(at, at); document.execCommand('insertText', false, 'y'); }
+            if (e.nodes === before) fast++;
+            const t = fresh(), lines = [0]; for (let i = t.indexOf('\n'); i >= 0; i = t.indexOf('\n', i + 1)) lines.push(i + 1);
+            if (e.value !== t || lines.join() !== e.lines.join()) { bad.push([long, k, op, e.value.length, t.length, e.lines.length, lines.length]); e.read(); if (bad.length > 5) break; }
+            for (const [start, node, l] of e.nodes) if (e.starts.get(node) !== start || node.length !== l || e.value.slice(start, start + l) !== node.data) { bad.push(['node', long, k, op]); break; }
+          } }
+        box.remove(); return bad.length ? JSON.stringify(bad) : fast > 200 ? 'the same' : `read again as a whole but ${fast} times`;
+})()"#;
+    assert_eq!(page.eval(write)?, "the same");
+    Ok(())
+}

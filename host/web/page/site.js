@@ -39,6 +39,7 @@ async function begin(welcome) {
   const trial = new Trial(link, view, editor);
   trial.isNewest = about => about.number === script.number && script.synced;
   trial.file = () => script.file;
+  script.addEventListener('synced', () => trial.settle());
   trial.beside = new Values(editor, view);
   new Drag(editor, script, view, trial, () => trial.about?.machine);
   link.addEventListener('path', () => performance.mark('path'), { once: true });

@@ -193,6 +193,9 @@ impl Desk {
         let run = trial::simulate(self.number, &loaded, &self.world, &F5529, &budget);
         let mut about = run.about;
         about["pulses"] = json!(pulses::split(self.world.source()).1);
+        if !self.world.is_empty() {
+            about["world_file"] = json!(("world.rhai", self.world.source()));
+        }
         vec![text(&json!({ "simulated": about })), Said::Bytes(run.path.to_vec())]
     }
 }

@@ -2,20 +2,18 @@
 
 use std::io::{BufRead, IsTerminal};
 
-use lang::axis::Axis;
 use lang::fault::Fault;
 use lang::profile::Profile;
-use lang::wire::{self, RunState};
 
 use super::Stream;
-use crate::client::status::long;
 use crate::cmd::console::Console;
 use crate::cmd::port::Board;
 use crate::failure::Failure;
 use crate::stream::feed::Feed;
 use crate::stream::job::Goal;
 use crate::stream::near;
-use crate::track::{Approach, Track};
+use crate::stream::way::{self, NoWay, Way};
+use crate::track::Track;
 
 /// A length in mm, as um.
 ///
@@ -41,18 +39,6 @@ fn list(steps: [i32; 3], profile: &Profile) -> String {
     axes.collect::<Vec<_>>().join(", ")
 }
 
-/// What the approach does, in words.
-fn told(approach: &Approach) -> String {
-    let legs = approach.legs.iter().map(|leg| {
-        let words = Axis::ALL.into_iter().filter_map(|axis| {
-            let um = leg[axis.index()]?.um;
-            Some(format!("{} to {} mm", axis.letter(), f64::from(um) / 1000.0))
-        });
-        words.collect::<Vec<_>>().join(", ")
-    });
-    legs.collect::<Vec<_>>().join("; then ")
-}
-
 impl Stream {
     /// Where the job is to go on.
     ///
@@ -76,7 +62,7 @@ impl Stream {
         Ok(goal)
     }
 
-    /// Shows how the board comes to where the job goes on, and asks; with the outputs that are on (bit n - 1).
+    /// Shows how the board comes to where the job goes on, and asks.
     ///
     /// # Errors
     /// The board has a fault latched, or has not homed what the job had; the user says no.
@@ -86,30 +72,23 @@ impl Stream {
         goal: Goal,
         board: &mut Board,
         console: &Console,
-    ) -> Result<(Approach, u16), Failure> {
-        let standing = board.stream_standing()?;
-        if standing.state == Some(RunState::Fault) {
-            let text = "a fault is latched: `pasapas status` tells, `pasapas start` acknowledges";
-            return Err(Failure::Board(text.to_owned()));
-        }
-        let lost = track.homed().find(|axis| standing.homed >> axis.index() & 1 == 0);
-        if let Some(axis) = lost {
-            let letter = axis.letter();
-            return Err(Failure::Board(format!(
-                "the job has homed {letter} before that line, and the board has not: nobody knows where {letter} \
-                 stands; `pasapas home {letter}` first"
-            )));
-        }
-        let words = board.input(wire::WORK_POSITIONS, 6)?;
-        let work = [0, 2, 4].map(|at: usize| long(words[at], words[at + 1]));
-        let offsets = [0, 1, 2].map(|i: usize| standing.steps[i].wrapping_sub(work[i]));
-        let on = board.coils(wire::COILS, 16)?;
-        let on = on.iter().enumerate().fold(0, |on, (n, lit)| on | u16::from(*lit) << n);
-        let approach = track
-            .approach(standing.steps, offsets, self.lift)
-            .map_err(|fault| self.wrong_place(fault))?;
-        self.confirm(&approach, goal, standing.steps, track.profile(), console)?;
-        Ok((approach, on))
+    ) -> Result<Way, Failure> {
+        let way = way::find(board, track, self.lift).map_err(|none| match none {
+            NoWay::Link(error) => error.into(),
+            NoWay::Latched => Failure::Board(
+                "a fault is latched: `pasapas status` tells, `pasapas start` acknowledges".to_owned(),
+            ),
+            NoWay::NotHomed(axis) => {
+                let letter = axis.letter();
+                Failure::Board(format!(
+                    "the job has homed {letter} before that line, and the board has not: nobody knows where {letter} \
+                     stands; `pasapas home {letter}` first"
+                ))
+            }
+            NoWay::Wrong(fault) => self.wrong_place(fault),
+        })?;
+        self.confirm(&way, goal, track.profile(), console)?;
+        Ok(way)
     }
 
     /// A place that no board can go to.
@@ -119,9 +98,8 @@ impl Stream {
 
     fn confirm(
         &self,
-        approach: &Approach,
+        way: &Way,
         goal: Goal,
-        there: [i32; 3],
         profile: &Profile,
         console: &Console,
     ) -> Result<(), Failure> {
@@ -132,14 +110,14 @@ impl Stream {
         console.complain(&format!(
             "line {line}{} begins at {}; the board stands at {} (machine steps)",
             if pass > 1 { format!(", pass {pass},") } else { String::new() },
-            list(approach.steps, profile),
-            list(there, profile)
+            list(way.approach.steps, profile),
+            list(way.there, profile)
         ));
-        if !approach.legs.is_empty() {
+        if !way.approach.legs.is_empty() {
             console.complain(&format!(
                 "it goes there first, with its outputs off: {} (machine positions); then outputs are as the job has \
                  them there",
-                told(approach)
+                way::told(&way.approach)
             ));
         }
         if self.yes {

@@ -100,8 +100,8 @@ impl Stream {
             let mut track = Track::new(&script.program.profile, [0; 3], 0);
             let goal = Goal::Line { line: self.from_line, pass: 1 };
             job.skip(goal, &mut track).map_err(refuse)?;
-            let (way, on) = self.approach(&track, goal, board, console)?;
-            approach = Some((way, track.darkens(on)));
+            let way = self.approach(&track, goal, board, console)?;
+            approach = Some((way.approach, track.darkens(way.on)));
         }
         if pieces.len() > 1 {
             console.complain(&format!(
