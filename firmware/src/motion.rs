@@ -54,6 +54,7 @@
 //! [`PathSegment::played`] or [`Segment::steps`] move the positions. A simulator may take a
 //! segment as a whole or stop inside it at any event.
 
+pub mod actions;
 pub mod arc;
 pub mod math;
 pub mod path;

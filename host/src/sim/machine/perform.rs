@@ -122,7 +122,7 @@ impl Machine {
     /// SetOut.
     pub(super) fn set_out(&mut self, n: i32, on: bool) -> Result<(), Fault> {
         self.outputs.set(n, on)?;
-        self.write(What::Out { line: self.line, n, v: on.into() });
+        self.write(What::Out { line: self.line, n, v: on.into(), sync: false, pos: None });
         self.outputs_changed();
         Ok(())
     }
@@ -132,7 +132,7 @@ impl Machine {
         for n in self.outputs.port() {
             let on = value >> (n - 1) & 1 != 0;
             if self.outputs.set(n, on).is_ok() {
-                self.write(What::Out { line: self.line, n, v: on.into() });
+                self.write(What::Out { line: self.line, n, v: on.into(), sync: false, pos: None });
             }
         }
         self.outputs_changed();

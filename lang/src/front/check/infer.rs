@@ -314,6 +314,11 @@ impl<'a> Inference<'_, 'a> {
                     self.expr(e);
                 }
             }
+            Machine::Sync { list, lead, .. } => {
+                for e in list.iter().chain(lead) {
+                    self.expr(e);
+                }
+            }
             Machine::Plain(_, list) => {
                 for e in list {
                     self.expr(e);
