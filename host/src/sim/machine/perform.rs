@@ -22,7 +22,7 @@ impl Machine {
             Effect::Keep { .. } => {}
             Effect::Linear { rapid, to, exact } => self.linear(rapid, &to, exact)?,
             // The chip draws none: chords stand in their place.
-            Effect::Arc { .. } => return Err(Fault::ImageRefused),
+            Effect::Arc { .. } | Effect::Sync(_) => return Err(Fault::ImageRefused),
             _ => {
                 self.sync_path();
                 if self.is_halted() {
