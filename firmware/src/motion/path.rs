@@ -5,7 +5,7 @@
 //! by `acc += inc` with the carry as the step, `inc = steps * 2^32 / events` and `acc` starting at
 //! one half: each stays within half a step of the ideal line and all arrive together.
 //!
-//! Up to 84 blocks ahead of the playing one are known ([`ring`]). The speed at the corner between two of
+//! Up to 79 blocks ahead of the playing one are known ([`ring`]). The speed at the corner between two of
 //! them is the largest of which the deviation of an inscribed arc stays within the profile's corner
 //! tolerance (junction deviation), with which the arc that touches both, in the middle of the shorter
 //! one, needs no more than their ramp, that neither block's feed forbids, and from which all that is

@@ -98,7 +98,7 @@ pub fn trace_difference(a: &[Event], b: &[Event], steps: i32) -> Option<String> 
     if of_a != of_b {
         return Some(format!("SYNC: {of_a:?} and {of_b:?}"));
     }
-    let mut both = a.iter().zip(b);
+    let mut both = a.iter().zip(&b);
     if let Some(pair) = both.find(|(a, b)| !alike(&a.what, &b.what, steps)) {
         return Some(format!("{pair:?}"));
     }

@@ -14,6 +14,10 @@ impl<C: Chip> Controller<C> {
     /// F20: no such output, a time or a lead beyond its limits.
     pub fn sync(&mut self) -> Result<bool, Fault> {
         if !self.motor.actions.has_room() {
+            // More than there is room for at one place, without a block that would bring them there.
+            if self.motor.path_rests() {
+                self.flush_actions();
+            }
             return Ok(false);
         }
         let bits = self.vm.operand();

@@ -88,8 +88,12 @@ impl<C: Chip> Motor<C> {
         let place = self.path.end().wrapping_sub(lead as u32);
         let beyond = self.path.place().wrapping_sub(place).cast_signed();
         let gone = (beyond > 0).then(|| {
-            let ago = C::mul_div(beyond.unsigned_abs(), C::RATE / u32::from(UNIT), self.path.velocity());
-            ago.min(const { i16::MAX as u32 }) as u16
+            // At rest it was at the end of what was handed out.
+            let per_s = const { C::RATE / UNIT as u32 };
+            match self.path.velocity() {
+                0 => 0,
+                speed => C::mul_div(beyond.unsigned_abs(), per_s, speed).min(30_000) as u16,
+            }
         });
         self.actions.add(action, place, gone.filter(|_| self.path_axes != 0));
     }

@@ -104,7 +104,8 @@ impl Machine {
             | Effect::SetSpindle(_)
             | Effect::Keep { .. }
             | Effect::Linear { .. }
-            | Effect::Arc { .. } => {}
+            | Effect::Arc { .. }
+            | Effect::Sync(_) => {}
         }
         Ok(Step::Done(0))
     }
