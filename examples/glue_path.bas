@@ -9,9 +9,9 @@ Home
 G0 X10 Y20
 G0 Z-30
 F1200
+G1 X20
 SYNC SetOut valve, ON, opens
-G1 X20                           ' the bead begins here
-G1 X60
+G1 X60                           ' the bead begins here
 G3 X70 Y30 I0 J10
 G1 Y50
 SYNC SetOut valve, OFF, thread
