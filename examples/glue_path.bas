@@ -12,7 +12,7 @@ F1200
 G1 X20
 SYNC SetOut valve, ON, opens
 G1 X60                           ' the bead begins here
-G3 X70 Y30 I0 J10
+G1 X70 Y30
 G1 Y50
 SYNC SetOut valve, OFF, thread
 G1 Y70                           ' a gap for the cable

@@ -284,8 +284,9 @@ impl Part {
         let courses = image.has_courses() && self.lacks_feature(feature::COURSE);
         let courses = courses.then_some(Lack::Feature(feature::COURSE));
         let extra = image.extra().fold(0, |all, (_, feature)| all | feature) & !self.features;
-        let extra =
-            [feature::RETRY, feature::MATHS, feature::ACTIONS].into_iter().filter(move |bit| extra & bit != 0);
+        let extra = [feature::RETRY, feature::MATHS, feature::ACTIONS]
+            .into_iter()
+            .filter(move |bit| extra & bit != 0);
         self.header_lacks(&image.header, image.events())
             .chain(extra.map(Lack::Feature))
             .chain(runs)

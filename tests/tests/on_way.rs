@@ -148,7 +148,9 @@ fn several_at_one_place_come_in_order_each_at_the_pins() {
 
 #[test]
 fn without_a_next_block_it_comes_before_what_waits_for_the_path() {
-    let script = format!("{HEAD}G1 X5\nSYNC SetOut 3, ON\nPRINT OUT(3)\nSYNC SetOut 3, OFF\nG0 X0\nPRINT OUT(3)\n");
+    let script = format!(
+        "{HEAD}G1 X5\nSYNC SetOut 3, ON\nPRINT OUT(3)\nSYNC SetOut 3, OFF\nG0 X0\nPRINT OUT(3)\n"
+    );
     for (name, _, events) in runs(&script, "") {
         let printed = events.iter().filter_map(|event| match &event.what {
             What::Print { text, .. } => Some(text.as_str()),

@@ -286,7 +286,12 @@ mod tests {
 
     /// An engine that plays segments of `(um, units)`, `held` of them ahead, looked at every `pass` units; the times at
     /// which outputs are carried out, after the start of the first segment.
-    fn played(actions: &mut Actions, segments: &[(u32, u16)], held: u16, pass: u16) -> Vec<(u8, i32)> {
+    fn played(
+        actions: &mut Actions,
+        segments: &[(u32, u16)],
+        held: u16,
+        pass: u16,
+    ) -> Vec<(u8, i32)> {
         let (mut place, mut next, mut ends, mut now) = (0, 0, Vec::new(), 0_i32);
         let mut done = Vec::new();
         actions.begin(0, 0);

@@ -377,7 +377,8 @@ impl Path {
                 self.tail = None;
                 return;
             };
-            self.playing_end = self.playing_end.wrapping_add(self.ring.length(n, Scaled::new(events)));
+            self.playing_end =
+                self.playing_end.wrapping_add(self.ring.length(n, Scaled::new(events)));
             self.after = 0;
             let block = &self.ring.blocks[n];
             let sort = self.ring.sorts[n];

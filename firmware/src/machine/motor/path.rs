@@ -165,10 +165,7 @@ impl<C: Chip> Motor<C> {
             self.line(leg, [0; 3], Feed::Rapid, true, u32::from(self.block_pc));
         }
         let mut fetches = queue::FETCHES;
-        while fetches != 0
-            && self.chip.ahead() < self.wanted()
-            && self.chip.path_has_room()
-        {
+        while fetches != 0 && self.chip.ahead() < self.wanted() && self.chip.path_has_room() {
             let acts = !self.actions.is_empty();
             let from = if acts { self.path.place() } else { 0 };
             if !self.path.next_segment(&self.machine.axes, &mut self.segment) {

@@ -76,7 +76,10 @@ pub(super) fn m(number: i64) -> Fate {
         60 => As("M0", "M60 changes a pallet: it waits for Start"),
         10 | 11 => LeaveOut("M10, M11: clamps; write SetOut where they are wired"),
         19 => LeaveOut("M19: the spindle cannot be turned to an angle"),
-        67 | 68 => Refuse("an analog output", "there is none yet: an output that is on or off is M62 or M64"),
+        67 | 68 => Refuse(
+            "an analog output",
+            "there is none yet: an output that is on or off is M62 or M64",
+        ),
         66 => Refuse("waiting for an input of another controller", "write `WaitIn n, ON`"),
         82 | 84 | 104..=107 | 109 | 140 | 190 => {
             Refuse("a 3D printer's word", "there is no extruder here")

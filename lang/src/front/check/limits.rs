@@ -196,7 +196,9 @@ impl<'a> Checker<'a> {
     pub(super) fn check_lead(&mut self, lead: &hir::Expr, span: Span) {
         let Some(value) = value_of(lead).filter(|_| lead.kind == Kind::Time) else { return };
         if value > SYNC_LEAD_MS {
-            let hint = format!("the longest is {SYNC_LEAD_MS}ms; a Length, `5mm`, may be as long as you like");
+            let hint = format!(
+                "the longest is {SYNC_LEAD_MS}ms; a Length, `5mm`, may be as long as you like"
+            );
             self.ends_here(Fault::ValueRange, span, "this lead is too long", hint);
         } else if value < -SYNC_MS {
             let hint = format!("the longest lag is {SYNC_MS}ms");

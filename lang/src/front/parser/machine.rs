@@ -83,7 +83,10 @@ pub fn sync(i: In<'_>) -> Parsed<'_, Machine> {
         i.fail(Diag::new(Code::Expected, i.first().span, message.to_owned()).hint(hint))
     };
     if i.word().eq_ignore_ascii_case(ANALOG_OUTPUT) {
-        return Err(wrong(NO_ANALOG_OUTPUT, "write `SYNC SetOut n, ON`: an output that is on or off"));
+        return Err(wrong(
+            NO_ANALOG_OUTPUT,
+            "write `SYNC SetOut n, ON`: an output that is on or off",
+        ));
     }
     let statement = match i.tok() {
         Tok::Kw(Kw::SetOut) => Plain::SetOut,
@@ -95,7 +98,8 @@ pub fn sync(i: In<'_>) -> Parsed<'_, Machine> {
     };
     let (rest, action) = plain(statement, i.rest())?;
     let Machine::Plain(statement, list) = action else { return Err(i.expected("SetOut or Pulse")) };
-    map(optional_expr, move |lead| Machine::Sync { statement, list: list.clone(), lead }).parse(rest)
+    map(optional_expr, move |lead| Machine::Sync { statement, list: list.clone(), lead })
+        .parse(rest)
 }
 
 /// Said of each statement and word of one.
