@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use lang::axis::Axis;
-use lang::effect::{Coord, Effect, Frame, Rate, Want};
+use lang::effect::{Act, Coord, Effect, Frame, Rate, Want};
 use lang::fault::Fault;
 use lang::isa::{Op, flags};
 use lang::place::Place;
@@ -164,6 +164,11 @@ impl Track {
             }
             Effect::SetSpindle(value) => self.spindle = Some(value),
             Effect::Plain(plain, values) => self.plain(plain, values)?,
+            // Who goes on from a later line finds the output as it is behind the place.
+            Effect::Sync(own) => match own.act {
+                Act::Set(level) => self.plain(Plain::SetOut, [own.n, level])?,
+                Act::Pulse(ms) => self.plain(Plain::Pulse, [own.n, ms])?,
+            },
             Effect::Motors { on, axis } => {
                 self.drivers = Some(on);
                 for axis in axis.map_or(Axis::ALL.to_vec(), |axis| vec![axis]) {

@@ -117,6 +117,35 @@ pub enum Sensor {
     },
 }
 
+/// How far before a place of the path something acts; behind it where it is negative.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lead {
+    /// um along the path.
+    Way(i32),
+    /// ms.
+    Time(i32),
+}
+
+/// What an output does on the way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Act {
+    /// It is switched: 0 for off.
+    Set(i32),
+    /// It is switched on for some ms.
+    Pulse(i32),
+}
+
+/// An output that acts at a place of the path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Action {
+    /// Output number, from 1.
+    pub n: i32,
+    /// What it does.
+    pub act: Act,
+    /// How far before the place.
+    pub lead: Lead,
+}
+
 /// One statement's action on the machine, with its arguments evaluated.
 ///
 /// Numbers are the script's own and unchecked: the machine answers a value outside its range with
@@ -126,6 +155,8 @@ pub enum Effect {
     /// Arguments, then an opcode, with the values of its arguments and zeros behind them: numbers of outputs
     /// from 1, states with 0 for off, milliseconds, characters.
     Plain(Plain, [i32; plain::MOST]),
+    /// `SYNC`: an output acts where the path's next block begins.
+    Sync(Action),
     /// `MoveAxe`, `MoveRel`, with `START` when `wait` is false. `None` is the profile's value.
     MoveAxe {
         /// The axis.

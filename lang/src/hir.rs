@@ -13,7 +13,7 @@ mod stmt;
 pub use expr::{BinOp, Expr, ExprKind, ReadKind, UnOp};
 pub use stmt::{
     ArcCenter, Arm, Block, Case, CaseTest, Cycle, CycleKind, DoTest, GosubTarget, InWant, LoopKind,
-    Place, PrintPart, ProbeSensor, Stmt, StmtKind, Word,
+    Place, PrintPart, ProbeSensor, Stmt, StmtKind, Sync, Word,
 };
 
 use crate::kind::Kind;

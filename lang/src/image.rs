@@ -385,6 +385,7 @@ impl<'a> Image<'a> {
     /// Each instruction that only larger parts have ([`isa::EXTRA`]): its address and the feature that it wants.
     pub fn extra(&self) -> impl Iterator<Item = (usize, u16)> + use<'a> {
         const RESUME: u8 = isa::Op::Resume as u8;
+        const SYNC: u8 = isa::Op::Sync as u8;
         let (code, wide) = (self.code, self.header.wide());
         let mut pc = 0;
         core::iter::from_fn(move || {
@@ -392,7 +393,11 @@ impl<'a> Image<'a> {
                 let (here, op) = (pc, *code.get(pc)?);
                 pc += 1 + isa::shape(op)?.operands().len(wide);
                 if (isa::EXTRA.0..=isa::EXTRA.1).contains(&op) {
-                    let wanted = if op == RESUME { feature::RETRY } else { feature::MATHS };
+                    let wanted = match op {
+                        RESUME => feature::RETRY,
+                        SYNC => feature::ACTIONS,
+                        _ => feature::MATHS,
+                    };
                     return Some((here, wanted));
                 }
             }

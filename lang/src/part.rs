@@ -127,6 +127,13 @@ pub fn chips() -> impl Iterator<Item = &'static Chip> {
 /// link's of 55, and the F5529 has 274 of its 25 MHz. An axis on its own is as fast as [`Part::top_rate`].
 pub const PATH_RATE: u32 = 91_000;
 
+/// The longest time, ms, by which an action on the way (SYNC) comes before its place: the step engine holds that much more
+/// of the path.
+pub const SYNC_LEAD_MS: i32 = 50;
+
+/// The longest lag and pulse of one, ms.
+pub const SYNC_MS: i32 = i16::MAX as i32;
+
 /// The longest STEP pulse that one interrupt makes, us.
 pub const SHORT_PULSE_US: u8 = 3;
 
@@ -277,8 +284,9 @@ impl Part {
         let courses = image.has_courses() && self.lacks_feature(feature::COURSE);
         let courses = courses.then_some(Lack::Feature(feature::COURSE));
         let extra = image.extra().fold(0, |all, (_, feature)| all | feature) & !self.features;
-        let extra =
-            [feature::RETRY, feature::MATHS].into_iter().filter(move |bit| extra & bit != 0);
+        let extra = [feature::RETRY, feature::MATHS, feature::ACTIONS]
+            .into_iter()
+            .filter(move |bit| extra & bit != 0);
         self.header_lacks(&image.header, image.events())
             .chain(extra.map(Lack::Feature))
             .chain(runs)
@@ -370,6 +378,7 @@ impl core::fmt::Display for Lack {
             Lack::Feature(feature::LIBRARY) => "a library of programs (RUN)",
             Lack::Feature(feature::POWER) => "a laser's power (S); M3 and M5 alone switch it",
             Lack::Feature(feature::RETRY) => "RESUME, which runs the failed statement again",
+            Lack::Feature(feature::ACTIONS) => "actions on the way (SYNC, M62, M63)",
             Lack::Feature(feature::MATHS) => "SIN, COS, ATAN2 and SCALE",
             Lack::Feature(feature::ANALOG) => "analog inputs ([[analog]] in the profile)",
             Lack::Feature(feature::LINES) => "error handlers (ON ERROR)",

@@ -46,6 +46,8 @@ pub mod feature {
     /// Analog inputs; no image's header has it: AIN needs a
     /// profile with analog inputs, and that wants it.
     pub const ANALOG: u16 = 1 << 13;
+    /// SYNC: outputs that act on the way of a path; no image's header has it: those with the instruction want it.
+    pub const ACTIONS: u16 = 1 << 14;
 }
 
 /// One axis in an image.

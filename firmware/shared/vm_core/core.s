@@ -61,6 +61,7 @@ vm_sin:
 vm_cos:
 vm_atan2:
 vm_muldiv:
+vm_sync:
     .endif
     rra r12
     jmp vm_exit

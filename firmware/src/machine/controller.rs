@@ -1,5 +1,6 @@
 //! What the board is between two passes of the main loop: a room for all that changes together.
 
+mod act;
 mod analog;
 mod command;
 mod control;

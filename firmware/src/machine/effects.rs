@@ -55,10 +55,15 @@ impl<C: Chip> Controller<C> {
         if !(first::Linear..=last::Line).contains(&code)
             && !(first::Feed..=last::Spindle).contains(&code)
             && !(first::Arc..=last::ArcBy).contains(&code)
+            && code != first::Sync
             && self.program.effect.phase == 0
-            && !self.motor.path_rests()
         {
-            return Ok(false);
+            if !self.motor.path_rests() {
+                return Ok(false);
+            }
+            if !self.motor.actions.is_empty() {
+                self.flush_actions();
+            }
         }
         if code == first::Read && self.look_at_analog() {
             return Ok(true);
@@ -93,18 +98,19 @@ impl<C: Chip> Controller<C> {
                 return Ok(false);
             }
             first::Event => self.event()?,
+            first::Sync => return self.sync(),
             _ => return Err(Fault::ValueRange),
         }
         Ok(true)
     }
 
-    /// STARTed moves finish, MoveSpeed axes ramp down; whether all rest.
+    /// STARTed moves finish, MoveSpeed axes ramp down, and outputs have acted that do so on the way; whether all rest.
     pub fn come_to_rest(&mut self) -> bool {
         let running = self.motor.running();
         if running != 0 {
             self.motor.stop(running);
         }
-        self.motor.moving() == 0
+        self.motor.moving() == 0 && self.motor.actions.is_empty()
     }
 
     fn motors(&mut self) -> Result<bool, Fault> {

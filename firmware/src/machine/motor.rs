@@ -8,6 +8,7 @@ pub use path::tag;
 use crate::machine::chip::Chip;
 use crate::machine::pwm::Pwm;
 use crate::machine::vm::{axis_of, convert};
+use crate::motion::actions::Actions;
 use crate::motion::scaled::Scaled;
 use crate::motion::{Pace, Path, PathSegment, Segment, Single};
 use core::ptr::addr_of_mut;
@@ -73,6 +74,8 @@ pub struct Motor<C: Chip> {
     pub pwm: Pwm,
     segment: PathSegment,
     single: [Single; 3],
+    /// Outputs that act on the way.
+    pub actions: Actions,
 }
 
 /// Everything at 0.
@@ -115,6 +118,7 @@ impl<C: Chip> Motor<C> {
         self.offset = [0; 3];
         self.placed = 0;
         self.path.begin(self.machine.corner, const { clock::<C>() });
+        self.actions.clear();
         self.cut = false;
         self.running = 0;
         self.stopped = 0;

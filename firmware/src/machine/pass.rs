@@ -45,6 +45,9 @@ impl<C: Chip> Controller<C> {
         self.ticks();
         self.motor.poll(self.trace.full);
         self.tripped();
+        if !self.motor.actions.is_empty() {
+            self.act();
+        }
         if self.motor.has_enough() {
             self.run();
         }

@@ -5,7 +5,7 @@
 //! by `acc += inc` with the carry as the step, `inc = steps * 2^32 / events` and `acc` starting at
 //! one half: each stays within half a step of the ideal line and all arrive together.
 //!
-//! Up to 84 blocks ahead of the playing one are known ([`ring`]). The speed at the corner between two of
+//! Up to 79 blocks ahead of the playing one are known ([`ring`]). The speed at the corner between two of
 //! them is the largest of which the deviation of an inscribed arc stays within the profile's corner
 //! tolerance (junction deviation), with which the arc that touches both, in the middle of the shorter
 //! one, needs no more than their ramp, that neither block's feed forbids, and from which all that is
@@ -118,6 +118,12 @@ pub struct Path {
     gain: Scaled,
     tag: u32,
     way: [i32; 3],
+    /// Where the newest block ends, um along all blocks since power-up, modulo 2^32, each cut to whole um.
+    end: u32,
+    /// Where the one ends that plays, or was the last to.
+    playing_end: u32,
+    /// Chords of an arc that follow the one that plays.
+    after: u16,
     /// The end of the newest block; `None` where the next one begins at rest.
     tail: Option<Tail>,
     ring: Ring,
@@ -153,6 +159,9 @@ impl Path {
         gain: Scaled::ZERO,
         tag: 0,
         way: [0; 3],
+        end: 0,
+        playing_end: 0,
+        after: 0,
         tail: None,
         ring: Ring::EMPTY,
         #[cfg(not(target_arch = "msp430"))]
@@ -232,6 +241,7 @@ impl Path {
             self.tail = Some(Tail { length: g.length, fast, unit });
         }
         let enter2 = self.ring.append(shape, &g, manner, corner2);
+        self.end = self.end.wrapping_add(self.ring.newest_length(g.events));
         if let (true, Some(enter2)) = (self.active, enter2) {
             let gain = enter2.minus(self.exit2);
             self.limits.exit2 = self.limits.exit2.plus(gain);
@@ -265,11 +275,29 @@ impl Path {
         self.paused && (!self.active || self.run.v2 <= self.limits.start2)
     }
 
+    /// Where the newest block ends, um along the path from some origin, modulo 2^32.
+    pub fn end(&self) -> u32 {
+        self.end
+    }
+
+    /// Where the last segment that was handed out ends, counted as [`Path::end`]. At the end of a block it is exact.
+    pub fn place(&self) -> u32 {
+        if !self.active {
+            return self.playing_end;
+        }
+        let left = Scaled::new(self.run.left).times(self.limits.tick).over(self.clock);
+        let chords = Scaled::new(self.after.into()).times(self.stride);
+        let left = if self.after == 0 { left } else { left.plus(chords) };
+        self.playing_end.wrapping_sub(left.floor())
+    }
+
     /// Forgets the rest of the path; for a stop, when [`Path::is_paused`].
     pub fn clear(&mut self) {
         self.active = false;
         self.walk = None;
         self.ring.clear();
+        self.playing_end = self.end;
+        self.after = 0;
         self.tail = None;
         self.paused = false;
         #[cfg(not(target_arch = "msp430"))]
@@ -349,6 +377,9 @@ impl Path {
                 self.tail = None;
                 return;
             };
+            self.playing_end =
+                self.playing_end.wrapping_add(self.ring.length(n, Scaled::new(events)));
+            self.after = 0;
             let block = &self.ring.blocks[n];
             let sort = self.ring.sorts[n];
             #[cfg_attr(target_arch = "msp430", allow(unused_mut))]
@@ -430,6 +461,7 @@ impl Path {
         let rest = self.stride.over(pitch).times(Scaled::new(chord.after.into()));
         let rest = rest.plus(chord.span()).minus(Scaled::new(chord.events));
         self.limits.exit2 = self.exit2.plus(self.limits.decel2.times(rest));
+        self.after = chord.after;
         true
     }
 

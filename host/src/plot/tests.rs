@@ -36,6 +36,7 @@ fn program() -> Program {
         routines: Vec::new(),
         labels: Vec::new(),
         ports: Vec::new(),
+        analogs: Vec::new(),
         statements: 0,
         last_line: 9,
     }

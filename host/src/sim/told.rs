@@ -32,7 +32,9 @@ pub fn event(
         TraceKind::Rapid => movement(MoveKind::Rapid),
         TraceKind::Line => movement(MoveKind::Line),
         TraceKind::Arc => movement(MoveKind::Arc),
-        TraceKind::Out => Some(What::Out { line, n: number, v: on }),
+        TraceKind::Out => {
+            Some(What::Out { line, n: number, v: on, sync: ok, pos: ok.then_some(to) })
+        }
         TraceKind::Wait => Some(What::Wait { line, ms: value }),
         TraceKind::WaitIn => Some(What::WaitIn { line, n: number, v: on, ok }),
         TraceKind::Probe => axis().map(|axis| What::Probe { line, axis, ok, pos: value }),

@@ -128,6 +128,12 @@ pub enum What {
         n: i32,
         /// 1 or 0.
         v: u8,
+        /// By SYNC, on the way of a path.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        sync: bool,
+        /// The places at that moment, of one by SYNC.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pos: Option<PerAxis>,
     },
     /// Wait, G4 and dwells, when they begin.
     Wait {

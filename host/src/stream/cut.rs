@@ -283,6 +283,16 @@ fn follow(program: &Program, stmt: &Stmt, state: &mut State, depth: usize) -> Re
             }
             (Touch::Off | Touch::Axes | Touch::Nothing, _) => {}
         },
+        // The output is as that of SetOut where the next piece begins.
+        StmtKind::Sync(own) => {
+            let n = constant(&own.n)?;
+            state.outputs.retain(|(other, _)| *other != n);
+            if !own.pulse && constant(&own.value)? != 0 {
+                let values = vec![own.n.clone(), own.value.clone()];
+                let kind = StmtKind::Plain(Plain::SetOut, values);
+                state.outputs.push((n, Stmt { kind, ..stmt.clone() }));
+            }
+        }
         StmtKind::Motors { .. } => return Err(unknown()),
         StmtKind::Call(RoutineId(id), _) if depth < MAX_DEPTH => {
             let body = program.routines.get(*id as usize).map(|routine| &routine.body[..]);

@@ -78,9 +78,27 @@ pub fn alike(a: &What, b: &What, steps: i32) -> bool {
     }
 }
 
+/// The lines of a trace that come in the order of the statements, and those of SYNC, which come when their places do: of
+/// these the order and the places hang on the instant.
+fn by_order(trace: &[Event]) -> (Vec<&Event>, Vec<(u32, i32, u8)>) {
+    let (mut others, mut acts) = (Vec::new(), Vec::new());
+    for event in trace {
+        match event.what {
+            What::Out { line, n, v, sync: true, .. } => acts.push((line, n, v)),
+            _ => others.push(event),
+        }
+    }
+    acts.sort_unstable();
+    (others, acts)
+}
+
 /// The first line in which two traces differ.
 pub fn trace_difference(a: &[Event], b: &[Event], steps: i32) -> Option<String> {
-    let mut both = a.iter().zip(b);
+    let ((a, of_a), (b, of_b)) = (by_order(a), by_order(b));
+    if of_a != of_b {
+        return Some(format!("SYNC: {of_a:?} and {of_b:?}"));
+    }
+    let mut both = a.iter().zip(&b);
     if let Some(pair) = both.find(|(a, b)| !alike(&a.what, &b.what, steps)) {
         return Some(format!("{pair:?}"));
     }

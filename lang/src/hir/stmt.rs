@@ -179,11 +179,26 @@ pub struct Cycle {
     pub exact: bool,
 }
 
+/// An output that acts where the path's next block begins.
+#[derive(Clone, Debug)]
+pub struct Sync {
+    /// Its number, from 1.
+    pub n: Expr,
+    /// Its level, or of a pulse the Time.
+    pub value: Expr,
+    /// It is a pulse.
+    pub pulse: bool,
+    /// A Time or a Length before the place, behind it where it is negative.
+    pub lead: Expr,
+}
+
 /// What a statement does.
 #[derive(Clone, Debug)]
 pub enum StmtKind {
     /// Arguments, then an opcode; the spindle's and coolant's M words, G4, M0 and M6 among them.
     Plain(Plain, Vec<Expr>),
+    /// SYNC, and M62 and M63.
+    Sync(Box<Sync>),
     /// `place = value`
     Assign(Place, Expr),
     /// IF, in both forms.

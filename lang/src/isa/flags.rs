@@ -14,6 +14,7 @@
 //! | `waitin` | want, LEVEL, TIMEOUT, WAIT_QUERY, INPUT_ON_STACK or the input at INPUT | | |
 //! | `waitchar` | TIMEOUT, WAIT_QUERY | | |
 //! | `event` | slot, EVENT_KIND | | |
+//! | `sync` | LEAD_TIME, SYNC_PULSE | | |
 //! | `read` | axis, the rest [`super::Look`] | | |
 
 /// Axis index.
@@ -84,5 +85,9 @@ pub const ON_EVERY: u8 = EVENT_ARGUMENT | 2 << 2;
 pub const OFF_INPUT: u8 = EVENT_ARGUMENT | 3 << 2;
 /// ON EVERY OFF
 pub const OFF_EVERY: u8 = 0;
+/// `sync`: the lead, behind the place where it is negative, is in ms; otherwise in um.
+pub const LEAD_TIME: u8 = 1;
+/// `sync`: the second value is the time of a pulse, ms, not a level.
+pub const SYNC_PULSE: u8 = 1 << 1;
 /// Axis value that means all axes.
 pub const ALL_AXES: u8 = 3;

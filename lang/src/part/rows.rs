@@ -93,6 +93,7 @@ pub const F5529: Part = Part {
         | feature::LIBRARY
         | feature::RETRY
         | feature::MATHS
+        | feature::ACTIONS
         | feature::ANALOG,
     pool: [1152, 1152],
     event_pool: [0, 0],

@@ -2,7 +2,9 @@
 //! statements leave the byte code.
 
 use crate::axis::{Axis, AxisSet};
-use crate::effect::{Center, Coord, Dist, Effect, Frame, Plane, Rate, Read, Sensor, Unit, Want};
+use crate::effect::{
+    Act, Action, Center, Coord, Dist, Effect, Frame, Lead, Plane, Rate, Read, Sensor, Unit, Want,
+};
 use crate::isa::{Look, Op, SHORT_AXES, flags};
 use crate::place::Target;
 use crate::plain::{self, Plain};
@@ -174,6 +176,14 @@ pub fn decode(code: u8, operands: [u8; 3], arguments: [i32; MAX_ARGUMENTS]) -> O
         Op::Arc => arc(b, 0, 0, args)?,
         Op::ArcBy => arc(b, ALL_RELATIVE, 0, args)?,
         Op::ArcMixed => arc(b, b2, b3, args)?,
+        Op::Sync => {
+            let (n, value, lead) = (args.next(), args.next(), args.next());
+            Effect::Sync(Action {
+                n,
+                act: if b & flags::SYNC_PULSE != 0 { Act::Pulse(value) } else { Act::Set(value) },
+                lead: if b & flags::LEAD_TIME != 0 { Lead::Time(lead) } else { Lead::Way(lead) },
+            })
+        }
         Op::Feed => Effect::SetFeed(Rate::Um(args.next())),
         Op::FeedSteps => Effect::SetFeed(Rate::Steps(args.next())),
         Op::Spindle => Effect::SetSpindle(args.next()),

@@ -4,7 +4,9 @@
 
 use super::effects::{MAX_ARGUMENTS, plane_axes};
 use crate::axis::Axis;
-use crate::effect::{Center, Coord, Dist, Effect, Frame, Rate, Read, Sensor, Want};
+use crate::effect::{
+    Act, Action, Center, Coord, Dist, Effect, Frame, Lead, Rate, Read, Sensor, Want,
+};
 use crate::isa::{Look, Op, flags};
 
 /// An effect's instruction: its code with the bytes after it, and the values that it takes from the stack.
@@ -95,6 +97,17 @@ pub fn encode(effect: &Effect) -> Option<Encoded> {
         Effect::Plain(statement, values) => {
             let count = statement.arguments().len();
             Encoded::new(statement.op(), &[]).with_all(values.into_iter().take(count))
+        }
+        Effect::Sync(Action { n, act, lead }) => {
+            let (value, pulse) = match act {
+                Act::Set(level) => (level, 0),
+                Act::Pulse(ms) => (ms, flags::SYNC_PULSE),
+            };
+            let (lead, time) = match lead {
+                Lead::Way(um) => (um, 0),
+                Lead::Time(ms) => (ms, flags::LEAD_TIME),
+            };
+            Encoded::new(Op::Sync, &[pulse | time]).with_all([n, value, lead])
         }
         Effect::MoveAxe { axis, to, speed, accel, decel, wait } => {
             let (target, steps) = dist(to.value);

@@ -2,7 +2,7 @@
 
 use pasapas::sim::trace::{Event, What};
 use pasapas::sim::world::World;
-use pasapas::sim::{Engine, Options, Rules, run_traced};
+use pasapas::sim::{Engine, Options, run_traced};
 
 use super::{board, cell, native, program};
 
@@ -96,7 +96,7 @@ fn a_world_asks_and_moves_the_things_of_its_cell() {
     let (_, events) = native(&program, &world);
     assert_eq!(said(&events), SAID, "native");
     for engine in [Engine::Vm, Engine::Rhai] {
-        let options = Options { rules: Rules::Firmware, ..Options::default() };
+        let options = Options::default();
         let (_, events) = run_traced(&program, engine, &world, &options).unwrap();
         assert_eq!(said(&events), SAID, "{engine:?}");
     }
@@ -111,7 +111,7 @@ fn a_world_that_names_nothing_is_told() {
     let told = |text: &str, cell_text: Option<&str>| {
         let world = World::parse("job.rhai", text).unwrap();
         let world = world.with_scene(cell_text.map(|text| cell(text, &program)));
-        let options = Options { rules: Rules::Firmware, ..Options::default() };
+        let options = Options::default();
         match run_traced(&program, Engine::Vm, &world, &options) {
             Ok(_) => String::new(),
             Err(error) => error.to_string(),

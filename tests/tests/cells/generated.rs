@@ -5,7 +5,7 @@
 use pasapas::scene::{self, Report};
 use pasapas::sim::trace::to_text;
 use pasapas::sim::world::World;
-use pasapas::sim::{Engine, Options, Rules, run_traced};
+use pasapas::sim::{Engine, Options, run_traced};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestCaseError, TestRunner};
 
@@ -86,7 +86,7 @@ fn generated_scenes_are_the_same_on_every_engine() {
         let (run, events) = native(&program, &world);
         let (machine, trace) = (report(run), to_text(&events));
         for engine in [Engine::Vm, Engine::Rhai] {
-            let options = Options { rules: Rules::Firmware, ..Options::default() };
+            let options = Options::default();
             let (outcome, events) = run_traced(&program, engine, &world, &options).unwrap();
             let own = outcome.cell.expect("the run had a cell");
             prop_assert_eq!(to_text(&events), trace.clone(), "{:?}\n{}", engine, made.script);

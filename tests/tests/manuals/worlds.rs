@@ -7,7 +7,7 @@ use pasapas::board::{DEFAULT, engine};
 use pasapas::scene::{self, Scene};
 use pasapas::sim::trace::{Event, Status, What};
 use pasapas::sim::world::{FUNCTIONS, World};
-use pasapas::sim::{Engine, Options, Outcome, Rules, run_traced};
+use pasapas::sim::{Engine, Options, Outcome, run_traced};
 
 const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../host/worlds.md");
 
@@ -110,9 +110,7 @@ fn the_examples_do_what_the_page_says_on_every_engine() {
         let on_board = !world.contains(SIMULATED);
         let world = World::parse("worlds.md", world).unwrap_or_else(|error| panic!("{error}"));
         let world = world.with_scene(cell.map(|cell| scene_of(cell, &program)));
-        // A cell hangs on pins, which the model lacks.
-        let rules = if cell.is_some() { Rules::Firmware } else { Rules::default() };
-        let options = Options { rules, ..Options::default() };
+        let options = Options::default();
         for engine in [Engine::Rhai, Engine::Vm] {
             let (outcome, events) = run_traced(&program, engine, &world, &options)
                 .unwrap_or_else(|error| panic!("{script}\n{error}"));

@@ -78,6 +78,7 @@ impl<C: Chip> Controller<C> {
         self.clock.spin == 0
             && self.command.hold == 0
             && !self.command.jogs
+            && self.motor.actions.is_empty()
             && hands == 0
             && self.record.lamp == 0
             && self.record.select >> 5 != BoardRecord::NEXT

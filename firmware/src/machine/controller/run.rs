@@ -12,6 +12,8 @@ use lang::wire::RunState;
 
 /// Codes from here on are effects.
 const FIRST_EFFECT: u16 = lang::isa::EFFECTS as u16;
+/// The one below them, which only larger parts have.
+const SYNC: u16 = first::Sync as u16;
 
 /// Whether an effect tells nothing behind its first call.
 fn tells_once(code: u8) -> bool {
@@ -122,7 +124,7 @@ impl<C: Chip> Controller<C> {
                 self.handler_left();
             }
             0 => self.ended(),
-            FIRST_EFFECT..=0xFF => {
+            SYNC | FIRST_EFFECT..=0xFF => {
                 let more = self.vm.flags & flag::MORE != 0;
                 self.vm.flags &= !(flag::MORE | flag::WITHIN);
                 if more {

@@ -38,12 +38,14 @@ impl<C: Chip> Runs for Controller<C> {
         self.motor.pause(true);
     }
     fn brake_all(&mut self) {
+        self.drop_actions();
         self.clock.spin = 0;
         self.motor.stop(0b111);
         self.motor.end_pause();
     }
     fn halt(&mut self) {
         self.darken();
+        self.drop_actions();
         self.motor.halt();
         self.motor.end_pause();
     }

@@ -126,6 +126,7 @@ impl<C: Chip> Controller<C> {
         self.lamp();
         ticks::autorun(self);
         self.program.pulse_tick(&mut self.io);
+        self.motor.actions.tick();
         if !self.session.is_active() {
             self.program.effect.count_down();
         }

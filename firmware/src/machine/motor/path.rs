@@ -2,6 +2,7 @@
 
 use super::{AXES, Motor, clock};
 use crate::machine::chip::Chip;
+use crate::motion::actions::{Action, UNIT};
 use crate::motion::path::FOLLOWS;
 use crate::motion::{Arc, Block, Feed, Manner, Single, queue};
 use lang::wire::TraceKind;
@@ -77,6 +78,48 @@ impl<C: Chip> Motor<C> {
         );
     }
 
+    /// An action that comes `lead` um before the end of the newest block, behind it where that is negative; there is room.
+    pub fn act(&mut self, action: Action, lead: i32) {
+        if self.actions.is_empty() {
+            self.actions.begin(self.chip.ahead(), self.chip.now());
+        }
+        // Nothing comes before the motion that is to follow.
+        let lead = if self.path_axes == 0 { lead.min(0) } else { lead };
+        let place = self.path.end().wrapping_sub(lead as u32);
+        let beyond = self.path.place().wrapping_sub(place).cast_signed();
+        let gone = (beyond > 0).then(|| {
+            // At rest it was at the end of what was handed out.
+            let per_s = const { C::RATE / UNIT as u32 };
+            match self.path.velocity() {
+                0 => 0,
+                speed => C::mul_div(beyond.unsigned_abs(), per_s, speed).min(30_000) as u16,
+            }
+        });
+        self.actions.add(action, place, gone.filter(|_| self.path_axes != 0));
+    }
+
+    /// How far the step engine is is known from now on, for what is due.
+    pub fn follow_actions(&mut self) {
+        let per_unit = const { (UNIT as u32 * C::PER_MS as u32 / (C::RATE / 1000)) as u16 };
+        let runs = self.chip.is_running();
+        self.actions.follow(self.chip.ahead(), runs, self.chip.now(), per_unit);
+    }
+
+    /// The next action that is due, if any.
+    pub fn due_action(&mut self) -> Option<Action> {
+        self.actions.take_due(const { (C::RATE / 1000 / UNIT as u32) as u16 })
+    }
+
+    /// Time that the engine is to hold behind the playing segment: more for actions that come before their places.
+    fn wanted(&self) -> u16 {
+        let wanted = queue::wanted(&self.path, C::RATE);
+        if self.actions.is_empty() {
+            return wanted;
+        }
+        let lead = self.actions.longest_lead();
+        wanted + lead * const { (C::RATE / 1000 / UNIT as u32) as u16 }
+    }
+
     /// Power of a laser in the next block.
     fn beam(&self) -> u16 {
         self.power | if self.follows { FOLLOWS } else { 0 }
@@ -122,11 +165,16 @@ impl<C: Chip> Motor<C> {
             self.line(leg, [0; 3], Feed::Rapid, true, u32::from(self.block_pc));
         }
         let mut fetches = queue::FETCHES;
-        while fetches != 0
-            && self.chip.ahead() < queue::wanted(&self.path, C::RATE)
-            && self.chip.path_has_room()
-            && self.path.next_segment(&self.machine.axes, &mut self.segment)
-        {
+        while fetches != 0 && self.chip.ahead() < self.wanted() && self.chip.path_has_room() {
+            let acts = !self.actions.is_empty();
+            let from = if acts { self.path.place() } else { 0 };
+            if !self.path.next_segment(&self.machine.axes, &mut self.segment) {
+                break;
+            }
+            if acts {
+                let time = queue::time(&self.segment.ramp);
+                self.actions.hand_out(from, self.path.place(), time, C::mul_div);
+            }
             fetches -= 1;
             let mut power = self.segment.power;
             if self.pwm.is_laser() {

@@ -176,6 +176,11 @@ impl<C: Chip> Motor<C> {
         coords::aim_place(&mut Aimed { motor: self, target, place: Place::default() }, axis, steps)
     }
 
+    /// Where the axes are at this instant, steps.
+    pub fn places(&self) -> [i32; 3] {
+        self.actual
+    }
+
     /// Where an axis is at this instant, steps.
     #[inline(never)]
     pub fn position(&self, n: u8) -> i32 {

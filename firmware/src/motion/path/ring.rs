@@ -176,6 +176,18 @@ impl Ring {
         (!settled).then(|| self.scaled(self.brakes.least(self.end2 + self.ahead2)))
     }
 
+    /// Length of the block at a place, a line of so many events, in whole um: the same when it is appended and when it is
+    /// taken.
+    pub fn length(&self, n: usize, events: Scaled) -> u32 {
+        let length = self.blocks[n].length();
+        if self.sorts[n].is_arc() { length.floor() } else { length.times(events).floor() }
+    }
+
+    /// That of the newest one.
+    pub fn newest_length(&self, events: Scaled) -> u32 {
+        self.length(behind(self.first, self.count.saturating_sub(1)), events)
+    }
+
     /// What the block at a place can take away from a squared speed, a line of so many events, on the ramp that it will be
     /// given: the same when it is appended and when it is taken.
     fn ramp2(&self, n: usize, events: Scaled) -> u32 {

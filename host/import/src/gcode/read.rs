@@ -313,6 +313,10 @@ impl<'a> Reader<'a, '_> {
             }
             _ => rules::other(letter),
         };
+        if letter == 'M' && matches!(decimal.exact(1), Some(62..=65)) {
+            let text = "M62 to M65: P is the number of an output of this machine, counted from 1";
+            self.diags.once(Diag::new(Code::Said, block.line, col, text).note());
+        }
         match fate {
             Fate::Keep => {}
             Fate::Idle(text) => {

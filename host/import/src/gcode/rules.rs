@@ -71,18 +71,21 @@ pub(super) const NO_COOLANT: Fate = LeaveOut(
 /// An M word by its number.
 pub(super) fn m(number: i64) -> Fate {
     match number {
-        0..=9 | 30 => Keep,
+        0..=9 | 30 | 62..=65 => Keep,
         48 | 49 => LeaveOut("M48, M49: the speed override is set over the link"),
         60 => As("M0", "M60 changes a pallet: it waits for Start"),
         10 | 11 => LeaveOut("M10, M11: clamps; write SetOut where they are wired"),
         19 => LeaveOut("M19: the spindle cannot be turned to an angle"),
-        62..=65 => Refuse("switched outputs of another controller", "write `SetOut n, ON` or OFF"),
+        67 | 68 => Refuse(
+            "an analog output",
+            "there is none yet: an output that is on or off is M62 or M64",
+        ),
         66 => Refuse("waiting for an input of another controller", "write `WaitIn n, ON`"),
         82 | 84 | 104..=107 | 109 | 140 | 190 => {
             Refuse("a 3D printer's word", "there is no extruder here")
         }
         97..=99 => Refuse("subprograms", "unroll them, or write a SUB"),
-        _ => Refuse("no such word", "known are M0-M9 and M30"),
+        _ => Refuse("no such word", "known are M0-M9, M30 and M62-M65"),
     }
 }
 

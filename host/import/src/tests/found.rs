@@ -16,6 +16,16 @@ fn blocks_begin_with_any_word() {
 }
 
 #[test]
+fn outputs_that_act_on_the_way_stay_what_they_are() {
+    let script = gcode("M64 P2\nG1 X1\nM62 P1\nG1 X2\nM63 P1 G1 X3\nM65 P2\n");
+    for wanted in ["M64 P2\n", "G1 X1\nM62 P1\n", "X2\nM63 P1 ", "\nM65 P2\n"] {
+        assert!(script.contains(wanted), "{wanted} in {script}");
+    }
+    let said = refused("a.nc", &format!("{HEAD}M67 E0 Q50\n"));
+    assert!(said.contains("an analog output"), "{said}");
+}
+
+#[test]
 fn long_comments_are_cut_off_and_long_lines_are_none() {
     for comment in ["; ", "("] {
         let script = gcode(&format!("{comment}{}\nG1 X1\n", "x".repeat(5000)));

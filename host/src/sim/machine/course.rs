@@ -84,7 +84,7 @@ impl Machine {
         }
         self.filter();
         while let Some((n, line)) = self.outputs.end_pulse(self.clock.now()) {
-            self.write(What::Out { line, n, v: 0 });
+            self.write(What::Out { line, n, v: 0, sync: false, pos: None });
             self.outputs_changed();
         }
         self.every();

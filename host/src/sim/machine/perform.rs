@@ -22,7 +22,7 @@ impl Machine {
             Effect::Keep { .. } => {}
             Effect::Linear { rapid, to, exact } => self.linear(rapid, &to, exact)?,
             // The chip draws none: chords stand in their place.
-            Effect::Arc { .. } => return Err(Fault::ImageRefused),
+            Effect::Arc { .. } | Effect::Sync(_) => return Err(Fault::ImageRefused),
             _ => {
                 self.sync_path();
                 if self.is_halted() {
@@ -104,7 +104,8 @@ impl Machine {
             | Effect::SetSpindle(_)
             | Effect::Keep { .. }
             | Effect::Linear { .. }
-            | Effect::Arc { .. } => {}
+            | Effect::Arc { .. }
+            | Effect::Sync(_) => {}
         }
         Ok(Step::Done(0))
     }
@@ -122,7 +123,7 @@ impl Machine {
     /// SetOut.
     pub(super) fn set_out(&mut self, n: i32, on: bool) -> Result<(), Fault> {
         self.outputs.set(n, on)?;
-        self.write(What::Out { line: self.line, n, v: on.into() });
+        self.write(What::Out { line: self.line, n, v: on.into(), sync: false, pos: None });
         self.outputs_changed();
         Ok(())
     }
@@ -132,7 +133,7 @@ impl Machine {
         for n in self.outputs.port() {
             let on = value >> (n - 1) & 1 != 0;
             if self.outputs.set(n, on).is_ok() {
-                self.write(What::Out { line: self.line, n, v: on.into() });
+                self.write(What::Out { line: self.line, n, v: on.into(), sync: false, pos: None });
             }
         }
         self.outputs_changed();

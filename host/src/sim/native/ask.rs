@@ -174,6 +174,9 @@ impl Native {
     pub fn run_other(&mut self, name: Option<&String>, shown: bool) -> Step {
         self.settle();
         loop {
+            if self.board.controller().motor.path_rests() {
+                self.board.controller_mut().flush_actions();
+            }
             let rests = self.board.controller().motor.path_rests()
                 && self.board.controller_mut().come_to_rest()
                 && self.board.controller().motor.settled();

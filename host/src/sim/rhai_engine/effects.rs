@@ -1,6 +1,8 @@
 //! Effects as templates: what a statement does, with its expressions in order of evaluation.
 
-use lang::effect::{Center, Coord, Dist, Effect, Frame, Rate, Read, Sensor, Want};
+use lang::effect::{
+    Act, Action, Center, Coord, Dist, Effect, Frame, Lead, Rate, Read, Sensor, Want,
+};
 use lang::hir::{ArcCenter, Expr, InWant, ProbeSensor, ReadKind, StmtKind, Word};
 use lang::kind::Kind;
 use lang::plain;
@@ -33,6 +35,14 @@ pub fn shape(kind: &StmtKind) -> Option<Shaped<'_>> {
         StmtKind::Plain(statement, list) => {
             values.extend(list);
             Effect::Plain(*statement, [0; plain::MOST])
+        }
+        StmtKind::Sync(own) => {
+            values.extend([&own.n, &own.value, &own.lead]);
+            Effect::Sync(Action {
+                n: 0,
+                act: if own.pulse { Act::Pulse(0) } else { Act::Set(0) },
+                lead: if own.lead.kind == Kind::Time { Lead::Time(0) } else { Lead::Way(0) },
+            })
         }
         StmtKind::MoveAxe { axis, target, relative, start, speed, accel, decel } => {
             let rates = [optional(speed), optional(accel), optional(decel)];
@@ -200,6 +210,13 @@ impl Template {
             Effect::Plain(statement, list) => {
                 let given = list.iter_mut().take(statement.arguments().len());
                 given.for_each(|value| *value = next());
+            }
+            Effect::Sync(own) => {
+                own.n = next();
+                let (Act::Set(value) | Act::Pulse(value)) = &mut own.act;
+                *value = next();
+                let (Lead::Way(value) | Lead::Time(value)) = &mut own.lead;
+                *value = next();
             }
             Effect::MoveAxe { to, speed, accel, decel, .. } => {
                 set_dist(&mut to.value, next());

@@ -41,6 +41,18 @@ impl Writer<'_> {
                 let x = self.tape.of(&["5", "12.5", "-1.2", "[300st]", "[len]"]);
                 write!(text, "G17 G90 {stop} {turn} X{x} Y3 R20 {feed}")
             }
+            14 if self.has(feature::ACTIONS) && self.tape.chance(3) => {
+                let list = [
+                    "SYNC SetOut 1, ON",
+                    "M63 P1",
+                    "SYNC SetOut 2, va > 2, 0.3mm",
+                    "SYNC SetOut 2, OFF, -4ms",
+                    "SYNC Pulse 4, 9ms, 3ms",
+                    "M62 P2\nM63 P2",
+                    "SYNC SetOut 1, ON, len",
+                ];
+                write!(text, "{}", self.tape.of(&list))
+            }
             14 => write!(text, "{stop} G90 G1 X[150st] Y[len] Z-1 {feed}"),
             16 => {
                 let list = [

@@ -36,6 +36,13 @@ impl Lower<'_> {
     pub(super) fn machine(&mut self, kind: &StmtKind) {
         match kind {
             StmtKind::Plain(statement, values) => self.plain_statement(*statement, values),
+            StmtKind::Sync(own) => {
+                for value in [&own.n, &own.value, &own.lead] {
+                    self.expr(value);
+                }
+                let time = bit(own.lead.kind == Kind::Time, flags::LEAD_TIME);
+                self.flags(Op::Sync, [bit(own.pulse, flags::SYNC_PULSE) | time, 0, 0]);
+            }
             StmtKind::OnInput { slot, n, want, target } => {
                 self.handler(*slot, *target);
                 self.expr(n);

@@ -9,6 +9,15 @@ use crate::plain::Plain;
 pub enum Machine {
     /// Arguments, then an opcode.
     Plain(Plain, Vec<Expr>),
+    /// SYNC
+    Sync {
+        /// SetOut or Pulse.
+        statement: Plain,
+        /// Its arguments.
+        list: Vec<Expr>,
+        /// How far before the place.
+        lead: Option<Expr>,
+    },
     /// MoveAxe, MoveRel
     Move {
         /// START stands before it.

@@ -14,6 +14,8 @@ pub(super) const PLACE: &[Kind] = &[Kind::Length, Kind::Steps];
 pub(super) const SPEED: &[Kind] = &[Kind::Speed, Kind::StepRate];
 /// An acceleration in either form.
 pub(super) const ACCEL: &[Kind] = &[Kind::Accel, Kind::StepAccel];
+/// How far before a place of the path.
+pub(super) const LEAD: &[Kind] = &[Kind::Time, Kind::Length];
 /// A duration.
 pub(super) const TIME: &[Kind] = &[Kind::Time];
 

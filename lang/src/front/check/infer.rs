@@ -314,11 +314,12 @@ impl<'a> Inference<'_, 'a> {
                     self.expr(e);
                 }
             }
-            Machine::Plain(_, list) => {
-                for e in list {
-                    self.expr(e);
-                }
-            }
+            Machine::Sync { list, lead, .. } => list.iter().chain(lead).for_each(|e| {
+                self.expr(e);
+            }),
+            Machine::Plain(_, list) => list.iter().for_each(|e| {
+                self.expr(e);
+            }),
             Machine::MoveSpeed(_, e) | Machine::SetPos(_, e) | Machine::Motors(e, _) => {
                 self.expr(e);
             }

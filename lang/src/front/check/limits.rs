@@ -11,6 +11,7 @@ use crate::front::codes::Code;
 use crate::front::span::Span;
 use crate::hir;
 use crate::kind::Kind;
+use crate::part::{SYNC_LEAD_MS, SYNC_MS};
 use crate::profile::OutputRole;
 
 /// A constant target, kept until it is known which axes the script homes.
@@ -188,6 +189,28 @@ impl<'a> Checker<'a> {
         if value_of(time).is_some_and(|ms| ms < least) {
             let hint = format!("the shortest is {least}ms");
             self.ends_here(Fault::ValueRange, span, "this time is too short", hint);
+        }
+    }
+
+    /// The lead of SYNC, as far as it is known.
+    pub(super) fn check_lead(&mut self, lead: &hir::Expr, span: Span) {
+        let Some(value) = value_of(lead).filter(|_| lead.kind == Kind::Time) else { return };
+        if value > SYNC_LEAD_MS {
+            let hint = format!(
+                "the longest is {SYNC_LEAD_MS}ms; a Length, `5mm`, may be as long as you like"
+            );
+            self.ends_here(Fault::ValueRange, span, "this lead is too long", hint);
+        } else if value < -SYNC_MS {
+            let hint = format!("the longest lag is {SYNC_MS}ms");
+            self.ends_here(Fault::ValueRange, span, "this lag is too long", hint);
+        }
+    }
+
+    /// The pulse of SYNC, as far as it is known.
+    pub(super) fn check_pulse(&mut self, time: &hir::Expr, span: Span) {
+        if value_of(time).is_some_and(|ms| !(1..=SYNC_MS).contains(&ms)) {
+            let hint = format!("a pulse on the way takes 1ms to {SYNC_MS}ms");
+            self.ends_here(Fault::ValueRange, span, "this pulse is too short or too long", hint);
         }
     }
 

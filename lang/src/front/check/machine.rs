@@ -1,6 +1,6 @@
 //! Statements of the machine, other than G-code blocks.
 
-use super::argument::{ACCEL, PLACE, SPEED, TIME};
+use super::argument::{ACCEL, LEAD, PLACE, SPEED, TIME};
 use super::expr::{number, value_of};
 use super::{Checker, kinds, range};
 use crate::axis::Axis;
@@ -22,6 +22,9 @@ impl<'a> Checker<'a> {
         let one = |kind| Some(vec![kind]);
         match machine {
             Machine::Plain(statement, list) => one(self.plain_statement(*statement, list)?),
+            Machine::Sync { statement, list, lead } => {
+                one(self.sync(*statement, list, lead.as_ref(), span)?)
+            }
             Machine::Move { start, relative, axis, target, speed, accel, decel } => {
                 let word = if *relative { "MoveRel" } else { "MoveAxe" };
                 let target_value = self.quantity(target, PLACE, word);
@@ -199,6 +202,32 @@ impl<'a> Checker<'a> {
             }
         }
         Some(StmtKind::Plain(statement, values))
+    }
+
+    /// SYNC: the statement as it stands alone, and the lead.
+    fn sync(
+        &mut self,
+        statement: Plain,
+        list: &'a [Expr],
+        lead: Option<&'a Expr>,
+        span: Span,
+    ) -> Option<StmtKind> {
+        let action = self.plain_statement(statement, list);
+        let lead = match lead {
+            None => number(0, Kind::Length, span),
+            Some(lead) => {
+                let value = self.quantity(lead, LEAD, "the lead of SYNC")?;
+                self.check_lead(&value, lead.span);
+                value
+            }
+        };
+        let StmtKind::Plain(statement, values) = action? else { return None };
+        let pulse = statement == Plain::Pulse;
+        let [n, value]: [hir::Expr; 2] = values.try_into().ok()?;
+        if pulse {
+            self.check_pulse(&value, list.get(1).map_or(span, |time| time.span));
+        }
+        Some(StmtKind::Sync(Box::new(hir::Sync { n, value, pulse, lead })))
     }
 
     fn home(&mut self, query: bool, axes: &'a [AxisRef], span: Span) -> Option<StmtKind> {

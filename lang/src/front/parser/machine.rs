@@ -8,7 +8,7 @@ use crate::front::ast::{AxisRef, Expr, InputState, Machine, PrintPart, ShownIn};
 use crate::front::codes::Code;
 use crate::front::diag::Diag;
 use crate::front::token::{Sign, Tok};
-use crate::front::words::{Func, Kw};
+use crate::front::words::{Class, Func, Kw};
 use crate::plain::Plain;
 use nom::Parser;
 use nom::branch::alt;
@@ -65,6 +65,45 @@ fn plain(statement: Plain, i: In<'_>) -> Parsed<'_, Machine> {
     }
     Ok((rest, Machine::Plain(statement, list)))
 }
+
+/// Whether SYNC stands before what is here: a statement of the machine, or one of an analog output.
+pub fn begins_action(i: In<'_>) -> bool {
+    match i.tok() {
+        Tok::Kw(kw) => kw.entry().class == Class::Machine,
+        _ => i.word().eq_ignore_ascii_case(ANALOG_OUTPUT),
+    }
+}
+
+/// The statement of an analog output, which no part has yet.
+const ANALOG_OUTPUT: &str = "SetAout";
+
+/// What stands behind SYNC.
+pub fn sync(i: In<'_>) -> Parsed<'_, Machine> {
+    let wrong = |message: &str, hint: &str| {
+        i.fail(Diag::new(Code::Expected, i.first().span, message.to_owned()).hint(hint))
+    };
+    if i.word().eq_ignore_ascii_case(ANALOG_OUTPUT) {
+        return Err(wrong(
+            NO_ANALOG_OUTPUT,
+            "write `SYNC SetOut n, ON`: an output that is on or off",
+        ));
+    }
+    let statement = match i.tok() {
+        Tok::Kw(Kw::SetOut) => Plain::SetOut,
+        Tok::Kw(Kw::Pulse) => Plain::Pulse,
+        _ => {
+            let message = format!("{} does not act on the way", i.word());
+            return Err(wrong(&message, "write `SYNC SetOut n, ON` or `SYNC Pulse n, 20ms`"));
+        }
+    };
+    let (rest, action) = plain(statement, i.rest())?;
+    let Machine::Plain(statement, list) = action else { return Err(i.expected("SetOut or Pulse")) };
+    map(optional_expr, move |lead| Machine::Sync { statement, list: list.clone(), lead })
+        .parse(rest)
+}
+
+/// Said of each statement and word of one.
+pub const NO_ANALOG_OUTPUT: &str = "the part has no analog output yet";
 
 fn next_expr(i: In<'_>) -> Parsed<'_, Expr> {
     preceded(cut(comma), cut(expr)).parse(i)

@@ -5,6 +5,7 @@ use crate::effect::Plane;
 use crate::front::ast::{GValue, GWord};
 use crate::front::codes::Code;
 use crate::front::diag::Diag;
+use crate::front::parser::NO_ANALOG_OUTPUT;
 use crate::front::span::Span;
 
 /// The motion mode: RS274/NGC modal group 1.
@@ -317,22 +318,27 @@ fn m_order(m: i64) -> u8 {
         6 => 0,
         3..=5 => 1,
         7..=9 => 2,
-        _ => 3,
+        62..=65 => 3,
+        _ => 4,
     }
 }
 
 fn m_word(checker: &mut Checker<'_>, block: &mut Block<'_>, word: &GWord) {
     let Some(tenths) = number(checker, word) else { return };
     let m = tenths / 10;
-    if tenths % 10 != 0 || !matches!(m, 0..=9 | 30) {
+    if tenths % 10 != 0 || !matches!(m, 0..=9 | 30 | 62..=65) {
         let hint = match m {
             98 | 99 => "subprograms are SUBs: `SUB name ... END SUB`, called by name",
             48 | 49 => "the override is set over the link",
-            62..=65 => "outputs are set by `SetOut n, ON`",
-            _ => "known are M0-M9 and M30",
+            67 | 68 => "write `M62 P1` or `SYNC SetOut 1, ON`: an output that is on or off",
+            _ => "known are M0-M9, M30 and M62-M65",
         };
         let text = word.span.of(checker.text).to_owned();
-        checker.error(Code::GcodeUnknown, word.span, format!("`{text}` is not supported"), hint);
+        let mut message = format!("`{text}` is not supported");
+        if matches!(m, 67 | 68) {
+            message = format!("`{text}`: {NO_ANALOG_OUTPUT}");
+        }
+        checker.error(Code::GcodeUnknown, word.span, message, hint);
         return;
     }
     // M7 and M8 may stand together; otherwise one word of each group.

@@ -13,7 +13,7 @@ use crate::front::check::stmt::{Lowered, Then};
 use crate::front::codes::Code;
 use crate::front::diag::Diag;
 use crate::front::span::Span;
-use crate::hir::{ProbeSensor, StmtKind, Word};
+use crate::hir::{ProbeSensor, StmtKind, Sync, Word};
 use crate::kind::Kind;
 use crate::plain::Plain;
 use crate::profile::OutputRole;
@@ -66,7 +66,11 @@ impl<'a> Checker<'a> {
         let (stops, switches): (Vec<_>, Vec<_>) =
             block.m.iter().partition(|(m, _)| matches!(m, 0..=2 | 30));
         for (m, span) in switches {
-            match self.switch(m, span) {
+            let switched = match m {
+                62..=65 => self.numbered(m, block, span),
+                _ => self.switch(m, span),
+            };
+            match switched {
                 Some(kind) => out.push(kind),
                 None => ok = false,
             }
@@ -152,6 +156,31 @@ impl<'a> Checker<'a> {
         Some(StmtKind::Plain(Plain::SetOut, values))
     }
 
+    /// M62 to M65: P is the number of the output; the first two act on the way.
+    fn numbered(&mut self, m: i64, block: &Block<'a>, span: Span) -> Option<StmtKind> {
+        let Some(word) = block.p.filter(|_| !block.dwell) else {
+            let message = format!("M{m} without the number of its output");
+            let hint = format!("write `M{m} P1`, a block of its own");
+            self.error(Code::GcodeMissing, span, message, hint);
+            return None;
+        };
+        let n = self.number_word(word)?;
+        if let Some(known) = value_of(&n)
+            && !self.check_port(true, known, word.span)
+        {
+            return None;
+        }
+        if !self.settable(&n, word.span) {
+            return None;
+        }
+        let value = number(i32::from(m % 2 == 0), Kind::Truth, span);
+        if m >= 64 {
+            return Some(StmtKind::Plain(Plain::SetOut, vec![n, value]));
+        }
+        let lead = number(0, Kind::Length, span);
+        Some(StmtKind::Sync(Box::new(Sync { n, value, pulse: false, lead })))
+    }
+
     /// What the axis words of the block ask for.
     fn motion_of(
         &mut self,
@@ -161,7 +190,7 @@ impl<'a> Checker<'a> {
     ) -> Option<Vec<StmtKind>> {
         match block.special {
             Some(special) => {
-                self.no_meaning(block, &[], block.dwell || block.tolerance)?;
+                self.no_meaning(block, &[], takes_p(block))?;
                 match special {
                     Special::Home => self.reference(block, context),
                     Special::Offset => self.offset(block, context),
@@ -181,7 +210,7 @@ impl<'a> Checker<'a> {
         let asks = block.has_axis()
             || block.offsets.iter().any(Option::is_some)
             || [block.r, block.q, block.l].iter().any(Option::is_some)
-            || (block.p.is_some() && !block.dwell && !block.tolerance)
+            || (block.p.is_some() && !takes_p(block))
             || block.machine;
         if !asks {
             return Some(Vec::new());
@@ -196,7 +225,7 @@ impl<'a> Checker<'a> {
             Motion::DrillDwell | Motion::Peck => &['R', 'L', 'P', 'Q'],
             _ => &[],
         };
-        self.no_meaning(block, letters, block.dwell || block.tolerance)?;
+        self.no_meaning(block, letters, takes_p(block))?;
         if block.machine && !matches!(motion, Motion::Rapid | Motion::Line) {
             let message = format!("G53 with {}", motion.word());
             self.error(Code::GcodeNoMeaning, block.span, message, "G53 goes with G0 or G1");
@@ -460,4 +489,9 @@ impl<'a> super::Blocks<'a> {
             };
         }
     }
+}
+
+/// Whether another word of the block takes its P.
+fn takes_p(block: &Block<'_>) -> bool {
+    block.dwell || block.tolerance || block.m.iter().any(|(m, _)| matches!(m, 62..=65))
 }

@@ -1,0 +1,209 @@
+//! Actions on the way: outputs act at their places, on every engine and at the pins of the shipped image, and the path
+//! takes no longer for them.
+
+use lang::front::source::Source;
+use lang::front::{ProfileChoice, compile};
+use lang::hir::Program;
+use pasapas::board::engine::{self, run_native_traced};
+use pasapas::board::{DEFAULT, F5529, G2553};
+use pasapas::sim::record::Record;
+use pasapas::sim::trace::{Event, Status, What};
+use pasapas::sim::world::World;
+use pasapas::sim::{Engine, Options, Outcome, run_traced};
+
+fn program(script: &str) -> Program {
+    let source = Source::new("t.bas", script.to_owned());
+    let (program, diags) = compile(&source, ProfileChoice::built_in());
+    program.unwrap_or_else(|| panic!("{script}: {}", diags.render(&source)))
+}
+
+/// Runs of a script: its engines, each with its name.
+fn runs(script: &str, world: &str) -> Vec<(&'static str, Outcome, Vec<Event>)> {
+    let program = program(script);
+    let world = World::parse("w.rhai", world).expect("a world");
+    let options = Options { limit_us: 30_000_000, ..Options::default() };
+    let compiled = lang::back::compile(&program).expect("an image");
+    let mut all = Vec::new();
+    for (name, engine) in [("rhai", Engine::Rhai), ("vm", Engine::Vm)] {
+        let (outcome, events) = run_traced(&program, engine, &world, &options).expect("a run");
+        all.push((name, outcome, events));
+    }
+    let (run, events) =
+        run_native_traced(DEFAULT, &program, &compiled, &world, &options).expect("a run");
+    all.push(("native", run.outcome, events));
+    let (image, sidecar) = (&compiled.image, &compiled.sidecar);
+    let (run, events) =
+        engine::run_traced(&F5529, &program, image, sidecar, &world, &options).expect("a run");
+    all.push(("board", run.outcome, events));
+    all
+}
+
+/// What SYNC has done, in the order in which it happened: line, output, level.
+fn acts(events: &[Event]) -> Vec<(u32, i32, u8)> {
+    let act = |event: &Event| match event.what {
+        What::Out { line, n, v, sync: true, .. } => Some((line, n, v)),
+        _ => None,
+    };
+    events.iter().filter_map(act).collect()
+}
+
+/// When an output changed at its pin, us.
+fn edges(record: &Record, n: i32) -> Vec<(u64, bool)> {
+    let own = record.outputs.iter().filter(|edge| edge.n == n);
+    own.map(|edge| (edge.us, edge.on)).collect()
+}
+
+/// Where axis X was, steps, when each action came.
+fn places(events: &[Event]) -> Vec<i32> {
+    let place = |event: &Event| match &event.what {
+        What::Out { pos: Some(pos), .. } => pos.values()[0],
+        _ => None,
+    };
+    events.iter().filter_map(place).collect()
+}
+
+const HEAD: &str = "SetPos X, 0mm : SetPos Y, 0mm\nF1800\n";
+
+/// Forty blocks along X at changing feeds, of 2 mm each; `with` comes before each but the first.
+fn forty(with: impl Fn(i32) -> String) -> String {
+    let mut script = HEAD.to_owned();
+    for n in 1..=40 {
+        if n > 1 {
+            script += &with(n);
+        }
+        let feed = [1800, 1200, 2400][n as usize / 7 % 3];
+        script += &format!("G1 X{} F{feed}\n", 2 * n);
+    }
+    script
+}
+
+fn toggled(n: i32) -> String {
+    format!("SYNC SetOut 3, {}\n", if n % 2 == 0 { "ON" } else { "OFF" })
+}
+
+#[test]
+fn forty_actions_come_within_a_millisecond_and_take_no_time() {
+    let plain = runs(&forty(|_| String::new()), "");
+    let synced = runs(&forty(toggled), "");
+    for ((name, without, _), (_, with, events)) in plain.iter().zip(&synced) {
+        let (before, after) = (without.summary.us as f64, with.summary.us as f64);
+        assert!(after < 1.02 * before, "{name}: {after} us for {before}");
+        assert_eq!(with.end.status, Status::Done, "{name}");
+        assert_eq!(acts(events).len(), 39, "{name}");
+        let levels: Vec<bool> = edges(&with.record, 3).iter().map(|(_, on)| *on).collect();
+        // The end of the run switches off what is on.
+        assert_eq!(levels, (2..=41).map(|n| n % 2 == 0).collect::<Vec<_>>(), "{name}");
+        let off = places(events).into_iter().zip(1..).map(|(at, n)| (at - 200 * n).abs());
+        let worst = off.max().unwrap_or_default();
+        println!("{name}: {before} us, {after} us, {worst} steps off at worst");
+        // 20 to 40 mm/s, 100 steps to the mm.
+        assert!(worst <= 4, "{name}: {worst} steps off");
+    }
+}
+
+#[test]
+fn leads_and_lags_are_times_or_ways() {
+    // Before the place of output 4, which has no lead: us, steps.
+    let cases = [
+        ("15ms", Some(-15_000), 0),
+        ("40ms", Some(-40_000), 0),
+        ("-30ms", Some(30_000), 0),
+        ("3mm", None, -300),
+        ("-2.5mm", None, 250),
+    ];
+    for (lead, us, steps) in cases {
+        let script = format!(
+            "{HEAD}G1 X20\nSYNC SetOut 4, ON\nSYNC SetOut 3, ON, {lead}\nG1 X40\nG1 X50\nSetOut 3, OFF"
+        );
+        for (name, outcome, events) in runs(&script, "") {
+            let first = |n| edges(&outcome.record, n)[0].0 as i64;
+            let apart = first(3) - first(4);
+            let acted = acts(&events);
+            let own = acted.iter().position(|act| act.1 == 3).expect("it acted");
+            let at = places(&events)[own] - 2000 - steps;
+            println!("{name}, {lead}: {apart} us apart, {at} steps off");
+            match us {
+                Some(us) => assert!((apart - us).abs() <= 1100, "{name}, {lead}: {apart} us"),
+                None => assert!(at.abs() <= 4, "{name}, {lead}: {at} steps off"),
+            }
+        }
+    }
+}
+
+#[test]
+fn several_at_one_place_come_in_order_each_at_the_pins() {
+    let script = format!(
+        "{HEAD}G1 X5\nSYNC SetOut 3, ON\nM62 P4\nSYNC SetOut 3, OFF\nSYNC SetOut 3, ON\nSYNC Pulse 5, 30ms\n\
+         G1 X10\nM63 P4\nG1 X12\nSetOut 3, OFF"
+    );
+    let lines = [(4, 3, 1), (5, 4, 1), (6, 3, 0), (7, 3, 1), (8, 5, 1), (8, 5, 0), (10, 4, 0)];
+    for (name, outcome, events) in runs(&script, "") {
+        assert_eq!(acts(&events), lines, "{name}");
+        let levels: Vec<bool> = edges(&outcome.record, 3).iter().map(|(_, on)| *on).collect();
+        assert_eq!(levels, [true, false, true, false], "{name}");
+        let [(on, true), (off, false)] = edges(&outcome.record, 5)[..] else { panic!("{name}") };
+        assert!((off - on).abs_diff(30_000) <= 1_100, "{name}: {} us", off - on);
+    }
+}
+
+#[test]
+fn without_a_next_block_it_comes_before_what_waits_for_the_path() {
+    let script = format!(
+        "{HEAD}G1 X5\nSYNC SetOut 3, ON\nPRINT OUT(3)\nSYNC SetOut 3, OFF\nG0 X0\nPRINT OUT(3)\n"
+    );
+    for (name, _, events) in runs(&script, "") {
+        let printed = events.iter().filter_map(|event| match &event.what {
+            What::Print { text, .. } => Some(text.as_str()),
+            _ => None,
+        });
+        assert_eq!(printed.collect::<Vec<_>>(), ["1", "0"], "{name}");
+        assert_eq!(acts(&events), [(4, 3, 1), (6, 3, 0)], "{name}");
+    }
+}
+
+#[test]
+fn more_than_are_known_at_a_time_make_the_path_slow_and_none_is_lost() {
+    let mut script = HEAD.to_owned();
+    for n in 1..=120 {
+        script += &format!("{}G1 X{}\n", toggled(n), f64::from(n) / 20.0);
+    }
+    script += "SYNC Pulse 4, 300ms\nSYNC Pulse 5, 200ms, -100ms\nG1 X7";
+    for (name, outcome, events) in runs(&script, "") {
+        assert_eq!(outcome.end.status, Status::Done, "{name}");
+        assert_eq!(acts(&events).len(), 124, "{name}");
+        let levels: Vec<bool> = edges(&outcome.record, 3).iter().map(|(_, on)| *on).collect();
+        assert_eq!(levels.len(), 120, "{name}");
+        // The run ends behind its pulses.
+        let [(on, true), (off, false)] = edges(&outcome.record, 5)[..] else { panic!("{name}") };
+        assert!((off - on).abs_diff(200_000) <= 1_100, "{name}: {} us", off - on);
+    }
+}
+
+#[test]
+fn stops_and_faults_drop_what_has_not_come() {
+    // Output 5 pulses when the emergency stop comes, output 3 would come later.
+    let script = format!("{HEAD}G1 X1\nSYNC Pulse 5, 10s\nG1 X20\nSYNC SetOut 3, ON\nG1 X40");
+    for (name, outcome, _) in runs(&script, "at(300, || press_estop());") {
+        assert_eq!(outcome.end.status, Status::Fault, "{name}");
+        assert_eq!(edges(&outcome.record, 3), [], "{name}");
+        let [(_, true), (off, false)] = edges(&outcome.record, 5)[..] else { panic!("{name}") };
+        assert!((299_000..306_000).contains(&off), "{name}: {off} us");
+    }
+    // A fault of a statement that is handled: the path ends, what waits behind it does not come.
+    let script = format!(
+        "DIM none\nON ERROR GOTO away\n{HEAD}G1 X5\nSYNC SetOut 3, ON\nPRINT 1 / none\nEND\naway:\nWait 50ms\nEND"
+    );
+    for (name, outcome, _) in runs(&script, "") {
+        assert_eq!(edges(&outcome.record, 3), [], "{name}");
+    }
+}
+
+#[test]
+fn the_small_chip_refuses_it_by_name() {
+    let program = program("SYNC SetOut 1, ON\nF600\nG1 X1");
+    let compiled = lang::back::compile(&program).expect("an image");
+    let image = lang::image::Image::new(&compiled.image).expect("an image");
+    let lack = G2553.part.lacks(&image, 0).expect("it lacks that");
+    assert!(lack.to_string().contains("SYNC"), "{lack}");
+    assert!(F5529.part.lacks(&image, 0).is_none());
+}
