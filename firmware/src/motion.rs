@@ -8,7 +8,7 @@
 //! - [`AxisRecord`](lang::record::AxisRecord): what an axis can do, from the program image.
 //! - [`scaled`]: numbers with a 24-bit mantissa and an exponent, assembly on the chip.
 //! - [`ramp`]: a run of equal events, as [`Segment`]s of 2 to 8 ms.
-//! - [`path`]: interpolated moves (G0 to G3) with 79 blocks of look-ahead, as [`PathSegment`]s.
+//! - [`path`]: interpolated moves (G0 to G3) with 81 blocks of look-ahead, as [`PathSegment`]s.
 //! - [`arc`]: G2 and G3: centre, limits, chords.
 //! - [`single`]: an axis on its own ramp (MoveAxe, MoveRel, START, MoveSpeed, homing, probing),
 //!   retargeted on the fly.

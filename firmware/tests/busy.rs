@@ -183,7 +183,7 @@ fn axes_on_their_own_hold_their_rate_while_both_lines_are_busy() {
 
 /// Longest that a step of axes on their own waits on a ramp while both lines ask without a pause, us: of one, two, three of them
 /// (firmware/README.md, Drivers and switches).
-const PAUSES_US: [u64; 3] = [100, 400, 750];
+const PAUSES_US: [u64; 3] = [200, 500, 1_000];
 
 #[test]
 fn axes_on_their_own_pause_on_ramps_no_longer_than_the_manual_says() {

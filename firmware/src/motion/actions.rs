@@ -19,7 +19,7 @@
 //! statements, each at the pins before the next.
 
 /// Actions that are known.
-pub const ROOM: usize = 12;
+pub const ROOM: usize = 6;
 /// Longest lead that is a time, ms: the engine holds no more.
 pub const MOST_LEAD: i32 = lang::part::SYNC_LEAD_MS;
 /// Longest lag and longest pulse, ms.

@@ -5,7 +5,7 @@
 //! by `acc += inc` with the carry as the step, `inc = steps * 2^32 / events` and `acc` starting at
 //! one half: each stays within half a step of the ideal line and all arrive together.
 //!
-//! Up to 79 blocks ahead of the playing one are known ([`ring`]). The speed at the corner between two of
+//! Up to 81 blocks ahead of the playing one are known ([`ring`]). The speed at the corner between two of
 //! them is the largest of which the deviation of an inscribed arc stays within the profile's corner
 //! tolerance (junction deviation), with which the arc that touches both, in the middle of the shorter
 //! one, needs no more than their ramp, that neither block's feed forbids, and from which all that is
@@ -122,6 +122,8 @@ pub struct Path {
     end: u32,
     /// Where the one ends that plays, or was the last to.
     playing_end: u32,
+    /// Whether both are kept: from the first action of a run on, for they take time of each block.
+    measures: bool,
     /// Chords of an arc that follow the one that plays.
     after: u16,
     /// The end of the newest block; `None` where the next one begins at rest.
@@ -161,6 +163,7 @@ impl Path {
         way: [0; 3],
         end: 0,
         playing_end: 0,
+        measures: false,
         after: 0,
         tail: None,
         ring: Ring::EMPTY,
@@ -176,6 +179,7 @@ impl Path {
     /// A new run begins with an empty path, otherwise as [`Path::new`].
     pub fn begin(&mut self, corner: u16, clock: Scaled) {
         self.clear();
+        self.measures = false;
         self.corner = corner;
         self.clock = clock;
     }
@@ -241,7 +245,9 @@ impl Path {
             self.tail = Some(Tail { length: g.length, fast, unit });
         }
         let enter2 = self.ring.append(shape, &g, manner, corner2);
-        self.end = self.end.wrapping_add(self.ring.newest_length(g.events));
+        if self.measures {
+            self.end = self.end.wrapping_add(self.ring.newest_length(g.events));
+        }
         if let (true, Some(enter2)) = (self.active, enter2) {
             let gain = enter2.minus(self.exit2);
             self.limits.exit2 = self.limits.exit2.plus(gain);
@@ -273,6 +279,14 @@ impl Path {
     /// Whether a pause has been reached.
     pub fn is_paused(&self) -> bool {
         self.paused && (!self.active || self.run.v2 <= self.limits.start2)
+    }
+
+    /// From now on the lengths of the blocks are added up.
+    pub fn measure(&mut self) {
+        if !self.measures {
+            self.measures = true;
+            self.end = self.playing_end.wrapping_add(self.ring.lengths());
+        }
     }
 
     /// Where the newest block ends, um along the path from some origin, modulo 2^32.
@@ -377,8 +391,10 @@ impl Path {
                 self.tail = None;
                 return;
             };
-            self.playing_end =
-                self.playing_end.wrapping_add(self.ring.length(n, Scaled::new(events)));
+            if self.measures {
+                let length = self.ring.length(n, Scaled::new(events));
+                self.playing_end = self.playing_end.wrapping_add(length);
+            }
             self.after = 0;
             let block = &self.ring.blocks[n];
             let sort = self.ring.sorts[n];

@@ -83,6 +83,7 @@ impl<C: Chip> Motor<C> {
         if self.actions.is_empty() {
             self.actions.begin(self.chip.ahead(), self.chip.now());
         }
+        self.path.measure();
         // Nothing comes before the motion that is to follow.
         let lead = if self.path_axes == 0 { lead.min(0) } else { lead };
         let place = self.path.end().wrapping_sub(lead as u32);

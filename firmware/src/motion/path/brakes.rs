@@ -5,9 +5,9 @@
 //! further away they are, and of each only the difference to the one before is kept, in 16 bits. A difference is
 //! rounded down, by no more than 1/2048 of it.
 
-/// Blocks that may wait, of chords of 0.05 mm what 44.4 mm/s at 250 mm/s2 want. Fifteen more would reach F3000 less a
+/// Blocks that may wait, of chords of 0.05 mm what 45 mm/s at 250 mm/s2 want. Thirteen more would reach F3000 less a
 /// twentieth; the stack has that memory, so that 512 bytes are never touched at its deepest, and actions on the way.
-pub const DEPTH: usize = 79;
+pub const DEPTH: usize = 81;
 
 /// No square of a speed is more.
 pub const HIGHEST: u32 = (1 << 29) - 1;

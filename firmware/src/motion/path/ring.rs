@@ -183,6 +183,28 @@ impl Ring {
         if self.sorts[n].is_arc() { length.floor() } else { length.times(events).floor() }
     }
 
+    /// Those of all blocks that wait, together.
+    #[inline(never)]
+    pub fn lengths(&self) -> u32 {
+        let (mut all, mut far) = (0_u32, usize::from(self.first_far));
+        let mut k = 0;
+        while k < self.count {
+            let n = behind(self.first, k);
+            let mut way = [0; 3];
+            self.blocks[n].get_way(&mut way);
+            if self.sorts[n].is_far() {
+                let Arc { start, end, .. } = &self.far[far];
+                for axis in 0..3 {
+                    way[axis] = end[axis].wrapping_sub(start[axis]);
+                }
+                far = (far + 1) % FAR;
+            }
+            all = all.wrapping_add(self.length(n, Scaled::new(largest(&way))));
+            k += 1;
+        }
+        all
+    }
+
     /// That of the newest one.
     pub fn newest_length(&self, events: Scaled) -> u32 {
         self.length(behind(self.first, self.count.saturating_sub(1)), events)

@@ -75,7 +75,8 @@ impl Mpy32 {
             }
             _ => return None,
         };
-        let passed = now.saturating_sub(self.began) / cycle.max(1);
+        // To whole cycles, whose length may have changed meanwhile.
+        let passed = (now.saturating_sub(self.began) + cycle / 2) / cycle.max(1);
         Some((value, passed < u64::from(self.ready[n])))
     }
 
