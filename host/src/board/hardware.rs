@@ -155,7 +155,7 @@ impl Hardware for NativeBoard {
         NativeBoard::ticks_per_second(self)
     }
     fn powered(&self) -> bool {
-        true
+        NativeBoard::powered(self)
     }
     fn plant(&self) -> impl Deref<Target = Plant> {
         NativeBoard::plant(self)

@@ -52,8 +52,8 @@ impl Torture {
         let mut lost = 0;
         if !console.json() {
             console.result(&format!(
-                "{:9} {:14} {:34} {:>10} {:>10} {:>6} {:>6}\n",
-                "kind", "part", "fault", "tried", "survived", "lost", "seed"
+                "{:9} {:14} {:34} {:>10} {:>10} {:>6} {:>6} {:>8}\n",
+                "kind", "part", "fault", "tried", "survived", "lost", "seed", "s"
             ))?;
         }
         for &(name, kind) in KINDS {
@@ -85,9 +85,9 @@ fn show(row: &Row, console: &Console) -> Result<(), Failure> {
     for loss in &row.losses {
         console.complain(&format!("{} {} {}: {loss}", row.kind, row.part, row.fault));
     }
-    let Row { kind, part, fault, tried, survived, lost, seed, note, .. } = row;
+    let Row { kind, part, fault, tried, survived, lost, seed, seconds, note, .. } = row;
     let line = format!(
-        "{kind:9} {part:14} {fault:34} {tried:>10} {survived:>10} {lost:>6} {seed:>6}  {note}"
+        "{kind:9} {part:14} {fault:34} {tried:>10} {survived:>10} {lost:>6} {seed:>6} {seconds:>8.1}  {note}"
     );
     console.result(&format!("{}\n", line.trim_end()))
 }
