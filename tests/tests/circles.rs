@@ -191,7 +191,11 @@ fn no_circle_of_imports_is_large() {
             wrong.push(format!("{part}: lower its ceiling from {most} to {largest}"));
         }
     }
-    assert!(wrong.is_empty(), "circles that are not what their ceilings say:\n{}", wrong.join("\n"));
+    assert!(
+        wrong.is_empty(),
+        "circles that are not what their ceilings say:\n{}",
+        wrong.join("\n")
+    );
 }
 
 /// A crate that the workspace gets is looked at, too: one that is missing has no ceiling.

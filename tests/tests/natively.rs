@@ -21,19 +21,18 @@ use pasapas::sim::world::{Registers, World};
 use pasapas::stream::feed::Feed;
 use pasapas::stream::job::Job;
 use pasapas::stream::pump;
+use pasapas::torture::Verdict;
 use pasapas::torture::generate::Case;
 use pasapas::torture::power::{self, Failure};
 use pasapas::torture::programs::{Made, make};
 use pasapas::torture::registers;
-use pasapas::torture::Verdict;
 use pasapas::torture::stand::Stand;
 use pasapas::torture::table::Table;
 use pasapas::torture::times::{LATER_US, apart};
 use proptest::prelude::*;
 
 fn made(script: &str, world: &str) -> Made {
-    let case =
-        Case { script: script.to_owned(), world: world.to_owned(), independent: false };
+    let case = Case { script: script.to_owned(), world: world.to_owned(), independent: false };
     make(case).expect("it compiles")
 }
 
@@ -55,13 +54,29 @@ fn as_on_the_board(script: &str, world: &str) {
     let made = made(script, world);
     let (program, compiled, world) = (&made.program, &made.compiled, &made.world);
     let options = Options::default();
-    let (_, native) = run_native_traced(DEFAULT, program, compiled, world, &options).expect("a run");
+    let (_, native) =
+        run_native_traced(DEFAULT, program, compiled, world, &options).expect("a run");
     let (image, sidecar) = (&compiled.image, &compiled.sidecar);
     let board = run_traced(DEFAULT, program, image, sidecar, world, &options);
     let (_, board) = board.expect("a run");
     assert_eq!(to_text(&native), to_text(&board), "{script}");
     let (share, place) = apart(&native, &board, LATER_US).expect("times");
     assert!(share <= 1.0, "{script}: {place}");
+}
+
+/// A wait behind a start is whole: what the check of the image took before it is none of its time.
+#[test]
+fn the_first_wait_of_a_run_is_whole() {
+    let text = "PRINT \"a line that makes the image long enough for its check to take its time\"\n";
+    let script = format!("SetOut 1, ON\nWait 100ms\nSetOut 1, OFF\nEND\n{}", text.repeat(30));
+    let made = made(&script, "");
+    let (program, compiled) = (&made.program, &made.compiled);
+    let options = Options::default();
+    let run = run_native_traced(DEFAULT, program, compiled, &made.world, &options);
+    let (_, events) = run.expect("a run");
+    let us = |n: usize| events[n].us.expect("a time");
+    let waited = us(2) - us(1);
+    assert!((99_000..102_000).contains(&waited), "{waited} us");
 }
 
 /// VM time: what the program's own instructions take.
@@ -166,7 +181,8 @@ fn power_may_fail_in_any_operation_of_the_flash() {
 /// A job that is streamed leaves the motors where it leaves them from the store, and another board beside it where it was.
 #[test]
 fn a_job_is_streamed_while_another_machine_runs() {
-    let script = "DIM i\nG90\nF2400\nFOR i = 1 TO 60\nG1 X3 Y1\nG1 X1 Y4\nG1 X[0.1mm * i] Y0\nNEXT\n";
+    let script =
+        "DIM i\nG90\nF2400\nFOR i = 1 TO 60\nG1 X3 Y1\nG1 X1 Y4\nG1 X[0.1mm * i] Y0\nNEXT\n";
     let made = made(script, "");
     let mill = Profile::built_in("mill").expect("the mill");
     let board = NativeBoard::with(&mill);
@@ -181,7 +197,8 @@ fn a_job_is_streamed_while_another_machine_runs() {
         other.board.run_us(10_000);
         None
     };
-    let outcome = pump::run(&mut client, &mut job, slots, &mut meanwhile, &mut |_| ()).expect("a run");
+    let outcome =
+        pump::run(&mut client, &mut job, slots, &mut meanwhile, &mut |_| ()).expect("a run");
     assert_eq!(outcome.end, End::Done, "{outcome:?}");
     assert!(outcome.pieces > 20, "{outcome:?}");
     let mut stored = running(script, 0);
@@ -197,7 +214,8 @@ fn a_job_is_streamed_while_another_machine_runs() {
 /// Two machines in one process do the same whether the other one is there or not.
 #[test]
 fn two_machines_at_once_are_two() {
-    let scripts = ["DO\nMoveAxe X, 3mm\nSetOut 1, ON\nMoveAxe X, 0mm\nSetOut 1, OFF\nLOOP", "G1 Y40 F900"];
+    let scripts =
+        ["DO\nMoveAxe X, 3mm\nSetOut 1, ON\nMoveAxe X, 0mm\nSetOut 1, OFF\nLOOP", "G1 Y40 F900"];
     let alone = scripts.map(|script| {
         let mut stand = running(script, 0);
         for _ in 0..100 {

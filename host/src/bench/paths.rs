@@ -194,11 +194,7 @@ impl Way {
 
     /// Seconds between the outputs' events in the trace of a run on the emulated board, which has to tell what the
     /// simulator `told`, event by event, and how far these are [`apart`].
-    fn traced(
-        &self,
-        checked: &Program,
-        told: &[Event],
-    ) -> Result<(f64, (f64, String)), String> {
+    fn traced(&self, checked: &Program, told: &[Event]) -> Result<(f64, (f64, String)), String> {
         let part = self.build.part;
         let compiled = back::compile(checked).map_err(|excesses| format!("{excesses:?}"))?;
         let compiled = course::put_into(compiled, checked, &part);

@@ -158,7 +158,9 @@ impl<B: Table> People<B> {
             10..=12 if self.record.emergency == [0; 4] => {
                 board.plant_mut().set_input(EMERGENCY, rng.below(2) == 0)
             }
-            10 => board.plant_mut().set_input(if rng.below(2) == 0 { HOLD } else { DOOR }, rng.below(3) == 0),
+            10 => board
+                .plant_mut()
+                .set_input(if rng.below(2) == 0 { HOLD } else { DOOR }, rng.below(3) == 0),
             11 => {
                 board.plant_mut().set_input(EMERGENCY, true);
                 self.stand.board.run_us(1_000 * u64::from(2 * self.record.filter) + CEASE_US);

@@ -130,7 +130,11 @@ fn old_or_new<B: Table>(stand: &mut Stand<B>, old: &[u8], new: &[u8]) -> Result<
     }
 }
 
-fn old_or_new_or_none<B: Table>(stand: &mut Stand<B>, old: &[u8], new: &[u8]) -> Result<(), String> {
+fn old_or_new_or_none<B: Table>(
+    stand: &mut Stand<B>,
+    old: &[u8],
+    new: &[u8],
+) -> Result<(), String> {
     if stored(stand)? == (0, 0) && stand.state() == Some(RunState::Empty as u16) {
         return Ok(());
     }

@@ -95,7 +95,8 @@ impl Table for NativeBoard {
         NativeBoard::with_flash(*wiring, flash)
     }
     fn run_us(&mut self, us: u64) -> Stop {
-        let tick = NativeBoard::cycles(self) + us * (NativeBoard::ticks_per_second(self) / 1_000_000);
+        let tick =
+            NativeBoard::cycles(self) + us * (NativeBoard::ticks_per_second(self) / 1_000_000);
         self.run_to(tick)
     }
     fn run_to(&mut self, tick: u64) -> Stop {

@@ -98,7 +98,9 @@ pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
                     false => Verdict::Lost(format!("{place}\n{}", made.case.script)),
                 }
             }
-            Err(text) => Verdict::Lost(format!("{text}\n{}\n// {}", made.case.script, made.case.world)),
+            Err(text) => {
+                Verdict::Lost(format!("{text}\n{}\n// {}", made.case.script, made.case.world))
+            }
         }
     });
     let (share, n) = most.into_inner().unwrap_or_default();
