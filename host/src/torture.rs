@@ -147,6 +147,9 @@ pub const KINDS: &[Kind] = &[
 /// In the table, the firmware's machine on the desktop.
 const DESK: &str = "desk";
 
+/// Kinds that are tried only where they are named: not all of what they ask for holds.
+pub const NAMED: &[&str] = &["times"];
+
 /// Losses that a row tells of.
 const TOLD: usize = 20;
 

