@@ -64,19 +64,22 @@ fn as_on_the_board(script: &str, world: &str) {
     assert!(share <= 1.0, "{script}: {place}");
 }
 
-/// A wait behind a start is whole: what the check of the image took before it is none of its time.
+/// A wait behind a start is whole: what the check of the image and its KEEP values took is none of its time.
 #[test]
 fn the_first_wait_of_a_run_is_whole() {
     let text = "PRINT \"a line that makes the image long enough for its check to take its time\"\n";
-    let script = format!("SetOut 1, ON\nWait 100ms\nSetOut 1, OFF\nEND\n{}", text.repeat(30));
-    let made = made(&script, "");
-    let (program, compiled) = (&made.program, &made.compiled);
-    let options = Options::default();
-    let run = run_native_traced(DEFAULT, program, compiled, &made.world, &options);
-    let (_, events) = run.expect("a run");
-    let us = |n: usize| events[n].us.expect("a time");
-    let waited = us(2) - us(1);
-    assert!((99_000..102_000).contains(&waited), "{waited} us");
+    for head in ["", "KEEP kept\n"] {
+        let script =
+            format!("{head}SetOut 1, ON\nWait 100ms\nSetOut 1, OFF\nEND\n{}", text.repeat(30));
+        let made = made(&script, "");
+        let (program, compiled) = (&made.program, &made.compiled);
+        let options = Options::default();
+        let run = run_native_traced(DEFAULT, program, compiled, &made.world, &options);
+        let (_, events) = run.expect("a run");
+        let us = |n: usize| events[n].us.expect("a time");
+        let waited = us(2) - us(1);
+        assert!((99_000..102_000).contains(&waited), "{head}{waited} us");
+    }
 }
 
 /// VM time: what the program's own instructions take is counted by a typical instruction's cycles, and multiplications
