@@ -5,20 +5,14 @@
 
 use lang::isa::{first, last};
 
-/// A pass of the main loop in which nothing happens but what is looked at in every pass: a `SetOut` in a loop takes the
-/// emulated board 56 us, less its statement and its share of a millisecond's turn.
-pub const PASS: u64 = 1_100;
+/// A pass of the main loop in which nothing happens but what is looked at in every pass.
+pub const PASS: u64 = 2_500;
 /// What a millisecond's turn takes in addition: filters, counters, the registers of the chain.
 pub const MILLISECOND: u64 = 3_000;
 /// An instruction of the VM: dispatch and a typical operation (firmware/shared/vm_core.rs).
 pub const INSTRUCTION: u64 = 26;
-/// G0 or G1 until it is a block: its words and limits (`pasapas bench passes`: `line_rules_f5529`, 4 984).
-pub const LINE: u64 = 5_000;
-/// A statement of a simulated program: the mean of an empty FOR's round, 2.6 us, and of `s = s + i * 3`, 8.9 us, each in a
-/// loop on the emulated board.
-pub const STATEMENT: u64 = 145;
-/// A value or a text of PRINT beside its pass: `PRINT i` takes the emulated board 152 us, two more values 75 us each.
-pub const PRINT: u64 = 800;
+/// G0 or G1 until it is a block: its words and limits (`pasapas bench passes`: `line_rules_f5529`).
+pub const LINE: u64 = 6_000;
 /// G2 or G3: words, angles, extremes.
 pub const ARC: u64 = 60_000;
 /// The corner and the ramps of a block of a path.
@@ -41,7 +35,6 @@ pub fn of_effect(exit: u16) -> u64 {
     match u8::try_from(exit) {
         Ok(first::Linear..=last::Line) => LINE,
         Ok(first::Arc..=last::ArcBy) => ARC,
-        Ok(first::PrintEnd | first::PrintNumber | first::PrintText) => PRINT,
         _ => 0,
     }
 }

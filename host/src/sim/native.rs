@@ -13,7 +13,7 @@ mod pieces;
 
 use desk::board::NativeBoard;
 use desk::driven::{self, Entered, Request};
-use desk::{Desk, Noticed, PER_MS, PER_US, Sight, cost};
+use desk::{Desk, Noticed, PER_MS, PER_US, Sight};
 use lang::axis::Axis;
 use lang::fault::Fault;
 use lang::profile::Profile;
@@ -29,7 +29,7 @@ use super::scene::{Rest, Scene, filters_us};
 use super::step::Step;
 use super::view::{AxisView, View};
 use super::world::{Action, Registers, Scenario, World, WorldError};
-use super::{End, Options, STATEMENT_US, SimError, Sink, told};
+use super::{End, Options, SimError, Sink, told};
 
 /// From power-up to the first statement, us: the board has booted, filters have settled, and nobody waits for a host
 /// that takes what is printed.
@@ -210,11 +210,7 @@ impl Native {
     /// `count` statements without effects are about to run.
     pub fn pass(&mut self, count: u32) {
         self.statements += u64::from(count);
-        let each = match self.options.statement_us {
-            STATEMENT_US => cost::STATEMENT,
-            other => other * PER_US,
-        };
-        self.board.desk().owe(u64::from(count) * each);
+        self.board.desk().owe(u64::from(count) * self.options.statement_us * PER_US);
         if self.board.desk().owed() >= PER_MS {
             self.settle();
         }
