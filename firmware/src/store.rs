@@ -248,7 +248,8 @@ impl Store {
         if F::PROGRAMS == 1 || slot == Store::NONE {
             return at(F::SEGMENTS - KEEP_SEGMENTS);
         }
-        at(slot + Store::size(flash, slot) - KEEP_SEGMENTS)
+        // A program without KEEP values may have one segment; its place for them is asked for, and not used.
+        at((slot + Store::size(flash, slot)).saturating_sub(KEEP_SEGMENTS))
     }
 
     /// Offset of the image that an upload fills.

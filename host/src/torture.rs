@@ -14,18 +14,22 @@ pub mod line;
 pub mod people;
 pub mod power;
 pub mod programs;
+pub mod registers;
 pub mod stack;
 pub mod stand;
+pub mod table;
 pub mod time;
+pub mod times;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
 
 use emulator::Rng;
 use serde::Serialize;
 
-use crate::board::Build;
+use crate::board::{Build, F5529};
 
 /// How much to try.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,6 +65,11 @@ impl Settings {
             Length::Usual => usual,
             Length::Long => long,
         })
+    }
+
+    /// Whether the firmware's machine on the desktop takes part: it is the F5529's.
+    fn has_desk(&self) -> bool {
+        self.builds.iter().any(|build| build.part == F5529.part)
     }
 
     /// The random numbers of case `n` of a fault.
@@ -103,6 +112,8 @@ pub struct Row {
     pub lost: u64,
     /// Seed of the cases.
     pub seed: u64,
+    /// What it took, s.
+    pub seconds: f64,
     /// Figures beside.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub note: String,
@@ -124,12 +135,20 @@ pub const KINDS: &[Kind] = &[
     ("people", people::run),
     ("power", power::run),
     ("line", line::run),
+    ("registers", registers::run),
     ("time", time::run),
+    ("times", times::run),
     ("stack", stack::run),
     ("host", host::run),
     #[cfg(feature = "gateway")]
     ("gateway", gateway::run),
 ];
+
+/// In the table, the firmware's machine on the desktop.
+const DESK: &str = "desk";
+
+/// Kinds that are tried only where they are named: not all of what they ask for holds.
+pub const NAMED: &[&str] = &["times"];
 
 /// Losses that a row tells of.
 const TOLD: usize = 20;
@@ -154,6 +173,7 @@ impl Row {
             survived: 0,
             lost: 0,
             seed: settings.seed,
+            seconds: 0.0,
             note: String::new(),
             losses: Vec::new(),
         }
@@ -176,6 +196,7 @@ impl Row {
 
     /// Runs cases `settings.from..` on all processors. A case that panics is lost.
     fn run(&mut self, settings: &Settings, count: u64, case: impl Fn(u64) -> Verdict + Sync) {
+        let begun = Instant::now();
         let next = AtomicU64::new(settings.from);
         let end = settings.from.saturating_add(count);
         let row = Mutex::new(self);
@@ -196,5 +217,7 @@ impl Row {
                 scope.spawn(work);
             }
         });
+        let row = row.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        row.seconds += begun.elapsed().as_secs_f64();
     }
 }

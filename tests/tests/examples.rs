@@ -10,9 +10,10 @@ use lang::image::Image;
 use lang::record::feature;
 use pasapas::board::engine::run_native_traced;
 use pasapas::board::{Build, DEFAULT, engine};
-use pasapas::sim::trace::{Event, What, to_text};
+use pasapas::sim::trace::{Event, to_text};
 use pasapas::sim::world::World;
 use pasapas::sim::{Engine, Options, run_traced};
+use pasapas::torture::times::{LATER_US, apart};
 
 struct Example {
     name: String,
@@ -142,40 +143,15 @@ fn examples_run_on_the_small_chip() {
     assert_eq!(drawn, ["drawing", "pocket", "thesis"]);
 }
 
-/// How far the machine's times may be from the board's, us, or a thousandth of the time where that is more. Where a switch
-/// is met the next look at it decides: a millisecond's difference is some steps of way, and these are made again slowly.
-const LATER_US: f64 = 1_000.0;
-/// The same of the machine that has its program by upload.
+/// How far the times of the machine that has its program by upload may be from the board's, us, or a thousandth of the
+/// time where that is more.
 const UPLOADED_US: f64 = 5_000.0;
-/// How late a wait may find at most what the world does at the same time for both, us: a filter's look.
-const FOUND_US: f64 = 5_000.0;
 
-/// Whether an event ends a wait for the world, which may have ended it at its own time.
-fn is_of_the_world(what: &What) -> bool {
-    match what {
-        What::WaitIn { ok, .. } | What::WaitChar { ok, .. } => *ok,
-        What::WaitStart { .. } => true,
-        _ => false,
-    }
-}
-
-/// Events of the machine without an emulator come when the board's do, counted from the last reference run on, and again
-/// from each wait that the world ends: it does so at its own times, which are those of the run on both.
+/// Events of the machine without an emulator come when the board's do: see [`apart`].
 fn same_times(name: &str, machine: &[Event], board: &[Event], later_us: f64) {
-    let us = |event: &Event| event.us.unwrap() as f64;
-    let homed = board.iter().rposition(|event| matches!(event.what, What::Home { .. }));
-    let from = homed.unwrap_or(0);
-    let mut base = homed.map_or(0.0, |n| us(&machine[n]) - us(&board[n]));
-    assert_eq!(machine.len(), board.len(), "{name}");
-    for (machine, board) in machine.iter().zip(board).skip(from) {
-        let apart = us(machine) - us(board);
-        let most = later_us.max(us(board) / 1000.0);
-        if is_of_the_world(&board.what) && apart.abs() <= FOUND_US.max(most) {
-            base = apart;
-        }
-        let off = apart - base;
-        assert!(off.abs() <= most, "{name}: {off} us off at {} us, {:?}", us(board), board.what);
-    }
+    let (share, place) =
+        apart(machine, board, later_us).unwrap_or_else(|error| panic!("{name}: {error}"));
+    assert!(share <= 1.0, "{name}: {place}");
 }
 
 /// Of a longer example so much is compared, us.

@@ -11,6 +11,7 @@ mod engine;
 mod memory;
 mod pins;
 mod port;
+mod power;
 mod steps;
 
 use std::cell::{Cell, RefCell};
@@ -95,6 +96,7 @@ struct State {
     reset: Cell<u64>,
     /// A program runs, over any reset but power-up.
     marked: Cell<bool>,
+    power: power::Power,
     seen: RefCell<VecDeque<Noticed>>,
     /// The program whose flow is an engine's, if there is one.
     driven: RefCell<Option<driven::Driven>>,
@@ -124,6 +126,7 @@ impl Desk {
             now: Cell::new(0),
             reset: Cell::new(0),
             marked: Cell::new(false),
+            power: power::Power::default(),
             seen: RefCell::default(),
             driven: RefCell::default(),
         }))

@@ -20,6 +20,8 @@ use super::{Desk, PER_MS, cost};
 pub const AREA: u16 = 0xFE00 - (SEGMENT * F5529.segments as usize) as u16;
 /// Segment of the information memory for faults and selections.
 pub const LOG: u16 = 0x1800;
+/// Bytes of the information memory that are used.
+const INFORMATION: usize = 0x180;
 /// Where the pool lies in RAM, and after it the frame.
 const POOL: u16 = 0x2400;
 const FRAME: u16 = POOL + 2 * MEMORY_WORDS as u16;
@@ -82,7 +84,18 @@ impl Memory {
 
     /// The program area and the information memory, which outlast a power-off.
     pub fn flash(&self) -> Vec<u8> {
-        [self.bytes(LOG, 0x180), self.bytes(AREA, usize::from(0xFE00 - AREA))].concat()
+        [self.bytes(LOG, INFORMATION), self.bytes(AREA, usize::from(0xFE00 - AREA))].concat()
+    }
+
+    /// Puts what [`Memory::flash`] gave.
+    pub fn set_flash(&mut self, bytes: &[u8]) {
+        let (information, area) = bytes.split_at(INFORMATION.min(bytes.len()));
+        for (start, bytes) in [(LOG, information), (AREA, area)] {
+            let start = usize::from(start);
+            if let Some(place) = self.0.get_mut(start..start + bytes.len()) {
+                place.copy_from_slice(bytes);
+            }
+        }
     }
 }
 
@@ -120,7 +133,7 @@ impl Desk {
 
     /// Whether flash has such an address.
     fn is_flash(address: u16) -> bool {
-        (AREA..0xFE00).contains(&address) || (LOG..LOG + 0x180).contains(&address)
+        (AREA..0xFE00).contains(&address) || (LOG..LOG + INFORMATION as u16).contains(&address)
     }
 }
 
@@ -165,8 +178,9 @@ impl chip::Memory for Desk {
         NOTHING
     }
     fn write(&self, address: u16, word: u16) {
+        let mut done = self.operate();
         if Desk::is_flash(address) {
-            self.change(address, self.word(address) & word);
+            self.change(address, self.word(address) & (word | !done.bits()));
         }
         self.spend(cost::WRITE);
     }
@@ -174,8 +188,12 @@ impl chip::Memory for Desk {
         // Segments of the information memory are shorter.
         let size = if address < AREA { 0x80 } else { SEGMENT as u16 };
         let start = address & !(size - 1);
+        let mut done = self.operate();
         if Desk::is_flash(start) {
-            (0..size / 2).for_each(|n| self.change(start + 2 * n, 0xFFFF));
+            (0..size / 2).for_each(|n| {
+                let address = start + 2 * n;
+                self.change(address, self.word(address) | done.bits());
+            });
         }
         // Interrupts are served meanwhile.
         (0..cost::ERASE / PER_MS).for_each(|_| self.spend(PER_MS));

@@ -28,6 +28,7 @@ use crate::course;
 use crate::sim::Options;
 use crate::sim::trace::{self, Event};
 use crate::sim::world::World;
+use crate::torture::times::{LATER_US, apart};
 use ideal::{Best, Machine};
 use jobs::Job;
 
@@ -61,7 +62,8 @@ struct Way {
 /// Figures `path_over_ideal_worst` and `path_over_ideal_mean` of the F5529, stored and streamed,
 /// those of the G2553 apart, stored, for blocks of 10 ms and more and for others; before them each job's. Behind
 /// them `blocks_planned_f5529`, and `path_vm_off_worst`: how far a time of the simulator's is from that of a part,
-/// stored, streamed or traced.
+/// stored, streamed or traced; and `path_events_off_worst`: the same of each event on the F5529, in what is allowed of it,
+/// 1 ms or a thousandth of the time.
 ///
 /// # Errors
 /// A job does not run, tells another trace than the simulator, or makes steps that no motor of the profile follows.
@@ -88,6 +90,7 @@ fn measure(jobs: &[Job], sink: Sink<'_>) -> Result<(), String> {
     let classes = [ON_F5529, LONG, OTHERS];
     let mut ratios: [Vec<f64>; 3] = Default::default();
     let mut vm_off = (0.0, String::new());
+    let mut events_off = (0.0, String::new());
     let mut wrong = Vec::new();
     for job in jobs {
         let best = machine.best(&job.legs);
@@ -108,7 +111,12 @@ fn measure(jobs: &[Job], sink: Sink<'_>) -> Result<(), String> {
             let mut times = vec![(name.clone(), seconds)];
             if !way.streamed {
                 match way.traced(&checked, &told) {
-                    Ok(seconds) => times.push((format!("{name}_traced"), seconds)),
+                    Ok((seconds, (off, place))) => {
+                        times.push((format!("{name}_traced"), seconds));
+                        if way.build.part == F5529.part && off > events_off.0 {
+                            events_off = (off, format!("{name}: {place}"));
+                        }
+                    }
                     Err(error) => wrong.push(format!("{name}, traced: {error}")),
                 }
             }
@@ -141,6 +149,9 @@ fn measure(jobs: &[Job], sink: Sink<'_>) -> Result<(), String> {
     }
     let mut figure = at_most("path_vm_off_worst", "%", vm_off.0, 0.5, 0.2);
     figure.note = vm_off.1;
+    sink(figure)?;
+    let mut figure = at_most("path_events_off_worst", "of 1 ms or 0.1 %", events_off.0, 10.0, 1.0);
+    figure.note = events_off.1;
     sink(figure)?;
     if wrong.is_empty() { Ok(()) } else { Err(wrong.join("; ")) }
 }
@@ -182,8 +193,8 @@ impl Way {
     }
 
     /// Seconds between the outputs' events in the trace of a run on the emulated board, which has to tell what the
-    /// simulator `told`, event by event.
-    fn traced(&self, checked: &Program, told: &[Event]) -> Result<f64, String> {
+    /// simulator `told`, event by event, and how far these are [`apart`].
+    fn traced(&self, checked: &Program, told: &[Event]) -> Result<(f64, (f64, String)), String> {
         let part = self.build.part;
         let compiled = back::compile(checked).map_err(|excesses| format!("{excesses:?}"))?;
         let compiled = course::put_into(compiled, checked, &part);
@@ -198,7 +209,7 @@ impl Way {
         if trace::to_text(&trace) != trace::to_text(told) {
             return Err("the board's trace is not the simulator's".to_owned());
         }
-        between(&trace)
+        Ok((between(&trace)?, apart(told, &trace, LATER_US)?))
     }
 
     /// The edges at the pins in a run of a job, at cycles of 16 MHz; `None` as of [`Way::seconds`].

@@ -161,7 +161,7 @@ impl Hardware for NativeBoard {
         NativeBoard::ticks_per_second(self)
     }
     fn powered(&self) -> bool {
-        true
+        NativeBoard::powered(self)
     }
     fn reset_pin(&mut self) {
         NativeBoard::reset_pin(self);

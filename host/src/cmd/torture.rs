@@ -7,12 +7,12 @@ use super::console::{Console, Options};
 use super::part::named;
 use crate::board::{BUILDS, Build};
 use crate::failure::Failure;
-use crate::torture::{KINDS, Length, Row, Settings};
+use crate::torture::{KINDS, Length, NAMED, Row, Settings};
 
 /// `pasapas torture`
 #[derive(Debug, Args)]
 pub struct Torture {
-    /// Kinds of faults; without one all of them
+    /// Kinds of faults; without one all of them but `times`
     #[arg(value_name = "KIND", value_parser = PossibleValuesParser::new(KINDS.iter().map(|(name, _)| *name)))]
     kinds: Vec<String>,
     /// Few cases: all kinds within a minute
@@ -52,12 +52,13 @@ impl Torture {
         let mut lost = 0;
         if !console.json() {
             console.result(&format!(
-                "{:9} {:14} {:34} {:>10} {:>10} {:>6} {:>6}\n",
-                "kind", "part", "fault", "tried", "survived", "lost", "seed"
+                "{:9} {:14} {:34} {:>10} {:>10} {:>6} {:>6} {:>8}\n",
+                "kind", "part", "fault", "tried", "survived", "lost", "seed", "s"
             ))?;
         }
         for &(name, kind) in KINDS {
-            if !self.kinds.is_empty() && !self.kinds.iter().any(|wanted| wanted == name) {
+            let named = self.kinds.iter().any(|wanted| wanted == name);
+            if !named && (!self.kinds.is_empty() || NAMED.contains(&name)) {
                 continue;
             }
             let mut closed = None;
@@ -85,9 +86,9 @@ fn show(row: &Row, console: &Console) -> Result<(), Failure> {
     for loss in &row.losses {
         console.complain(&format!("{} {} {}: {loss}", row.kind, row.part, row.fault));
     }
-    let Row { kind, part, fault, tried, survived, lost, seed, note, .. } = row;
+    let Row { kind, part, fault, tried, survived, lost, seed, seconds, note, .. } = row;
     let line = format!(
-        "{kind:9} {part:14} {fault:34} {tried:>10} {survived:>10} {lost:>6} {seed:>6}  {note}"
+        "{kind:9} {part:14} {fault:34} {tried:>10} {survived:>10} {lost:>6} {seed:>6} {seconds:>8.1}  {note}"
     );
     console.result(&format!("{}\n", line.trim_end()))
 }

@@ -13,6 +13,7 @@ use lang::image::{Image, seal};
 use lang::profile::{BUILT_IN, Profile};
 
 use super::images::judge;
+use super::registers;
 use super::{Row, Settings, Sink, Verdict};
 use crate::sim::world::{Registers, World};
 
@@ -22,7 +23,7 @@ pub use liar::client_replies;
 pub type Body = fn(&[u8]) -> Result<(), String>;
 
 /// Every body by the name of its fuzz target, with inputs to begin with.
-pub const BODIES: [(&str, Body, &[&[u8]]); 6] = [
+pub const BODIES: [(&str, Body, &[&[u8]]); 7] = [
     (
         "source_to_image",
         source_to_image,
@@ -46,6 +47,7 @@ pub const BODIES: [(&str, Body, &[&[u8]]); 6] = [
         ],
     ),
     ("client_replies", client_replies, &[]),
+    ("registers", registers::storm, &[]),
     ("profile_file", profile_file, &[BUILT_IN[0].1.as_bytes(), BUILT_IN[1].1.as_bytes()]),
     (
         "world_file",

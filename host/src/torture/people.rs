@@ -3,7 +3,7 @@
 //! move, and behind the end outputs are as the profile says.
 
 use emulator::plant::Contact;
-use emulator::{Config, Rng};
+use emulator::{Board, Config, Rng};
 use lang::axis::Axis;
 use lang::fault::Fault;
 use lang::record::{BoardRecord, OutputStates, feature};
@@ -12,22 +12,25 @@ use lang::wire::{Control, FAULT, HOMED, MACHINE_POSITIONS, PROFILE_WINDOW, RUN_C
 use super::generate::{Case, generate_for};
 use super::programs::{Made, make_for, tape};
 use super::stand::{Answer, BOOT_US, Fresh, Stand, words};
-use super::{Row, Settings, Sink, Verdict};
-use crate::board::Build;
+use super::table::Table;
+use super::{DESK, Row, Settings, Sink, Verdict};
+use crate::board::{Build, F5529};
 
 /// Longest time that a run may take to end once it was stopped, in looks.
 const LOOKS: u32 = 800;
 const LOOK_US: u64 = 10_000;
 /// Steps cease so soon behind an emergency stop, us: the event that is armed is at most 2 ms away.
 const CEASE_US: u64 = 4_000;
+/// What is done to a run.
+const WHAT: &str = "buttons, switches, link";
 /// Hold, door and emergency stop of the boards here.
 const HOLD: u8 = 6;
 const DOOR: u8 = 7;
 const EMERGENCY: u8 = 8;
 
 /// What is checked; a test shows that each check can fail.
-pub struct People {
-    stand: Stand,
+pub struct People<B = Board> {
+    stand: Stand<B>,
     record: BoardRecord,
     rng: Rng,
     script: String,
@@ -36,7 +39,7 @@ pub struct People {
 }
 
 /// Pulses of each axis so far.
-fn pulses(stand: &Stand) -> [u64; 3] {
+fn pulses<B: Table>(stand: &Stand<B>) -> [u64; 3] {
     Axis::ALL.map(|axis| stand.board.plant().motors[axis.index()].pulses)
 }
 
@@ -62,7 +65,7 @@ fn record(rng: &mut Rng) -> BoardRecord {
 }
 
 /// Gives the board a record of its own, and restarts it.
-fn give_record(stand: &mut Stand, rng: &mut Rng) -> Result<BoardRecord, String> {
+fn give_record<B: Table>(stand: &mut Stand<B>, rng: &mut Rng) -> Result<BoardRecord, String> {
     let record = record(rng);
     for (n, part) in words(&record.to_bytes()).chunks(16).enumerate() {
         match stand.write(PROFILE_WINDOW + 16 * n as u16, part) {
@@ -84,17 +87,17 @@ pub enum Roles {
     Random,
 }
 
-impl People {
+impl<B: Table> People<B> {
     /// A board with a profile and the program.
     ///
     /// # Errors
     /// The board does not take them.
     pub fn new(
-        mut stand: Stand,
+        mut stand: Stand<B>,
         made: &Made,
         mut rng: Rng,
         roles: Roles,
-    ) -> Result<People, String> {
+    ) -> Result<People<B>, String> {
         let record = match roles {
             Roles::Default => BoardRecord::DEFAULT,
             Roles::Random => give_record(&mut stand, &mut rng)?,
@@ -102,12 +105,12 @@ impl People {
         let image = &made.compiled.image;
         let keep = image.get(1).is_some_and(|features| u16::from(*features) & feature::KEEP != 0);
         stand.upload(image, keep).map_err(|answer| format!("upload: {answer:?}"))?;
-        let plant = stand.board.plant_mut();
         for (axis, side) in [(0, -1), (1, -1), (2, 1)] {
             let position = side * (50 + rng.below(500) as i64);
-            plant.switches[axis] = Some(Contact { axis, position, above: side > 0 });
+            let switch = Contact { axis, position, above: side > 0 };
+            stand.board.plant_mut().switches[axis] = Some(switch);
         }
-        plant.probes[2] = Some(Contact { axis: 2, position: -300, above: false });
+        stand.board.plant_mut().probes[2] = Some(Contact { axis: 2, position: -300, above: false });
         Ok(People { stand, record, rng, script: made.case.script.clone(), keeps: keep })
     }
 
@@ -125,7 +128,7 @@ impl People {
     }
 
     /// The board.
-    pub fn stand(&mut self) -> &mut Stand {
+    pub fn stand(&mut self) -> &mut Stand<B> {
         &mut self.stand
     }
 
@@ -137,11 +140,11 @@ impl People {
 
     fn act(&mut self) -> Result<(), String> {
         let rng = &mut self.rng;
-        let plant = self.stand.board.plant_mut();
+        let board = &mut self.stand.board;
         match rng.below(16) {
             0..=2 => self.press_start(),
             3 | 4 => {
-                plant.press_stop(true);
+                board.plant_mut().press_stop(true);
                 // Held for 2 s it ends the run.
                 let held = if rng.below(4) == 0 { 2_100_000 } else { rng.below(90_000) };
                 self.stand.board.run_us(held);
@@ -149,15 +152,17 @@ impl People {
             }
             5..=9 => {
                 let n = 1 + rng.below(5) as u8;
-                plant.set_input(n, rng.below(2) == 0);
+                board.plant_mut().set_input(n, rng.below(2) == 0);
             }
             // Without these roles they are inputs as any other.
             10..=12 if self.record.emergency == [0; 4] => {
-                plant.set_input(EMERGENCY, rng.below(2) == 0)
+                board.plant_mut().set_input(EMERGENCY, rng.below(2) == 0)
             }
-            10 => plant.set_input(if rng.below(2) == 0 { HOLD } else { DOOR }, rng.below(3) == 0),
+            10 => board
+                .plant_mut()
+                .set_input(if rng.below(2) == 0 { HOLD } else { DOOR }, rng.below(3) == 0),
             11 => {
-                plant.set_input(EMERGENCY, true);
+                board.plant_mut().set_input(EMERGENCY, true);
                 self.stand.board.run_us(1_000 * u64::from(2 * self.record.filter) + CEASE_US);
                 self.ceased()?;
                 self.stand.board.plant_mut().set_input(EMERGENCY, false);
@@ -223,10 +228,12 @@ impl People {
     /// # Errors
     /// What did not hold.
     pub fn end(&mut self, offset: [i64; 3]) -> Result<(), String> {
-        let plant = self.stand.board.plant_mut();
-        plant.press_stop(false);
-        plant.press_start(false);
-        (1..=8).for_each(|n| plant.set_input(n, false));
+        {
+            let mut plant = self.stand.board.plant_mut();
+            plant.press_stop(false);
+            plant.press_start(false);
+            (1..=8).for_each(|n| plant.set_input(n, false));
+        }
         self.stand.control(Control::Stop);
         let resting = [RunState::Ready as u16, RunState::Fault as u16];
         let mut looks = 0;
@@ -298,8 +305,7 @@ impl People {
         if let Some(first) = board.plant().violations().first() {
             return Err(format!("pulses that no driver takes: {first:?}"));
         }
-        let warning = board.warnings().iter().find(|w| w.kind != emulator::WarningKind::Key);
-        warning.map_or(Ok(()), |warning| Err(format!("the emulator warns: {warning}")))
+        board.warning().map_or(Ok(()), |warning| Err(format!("the emulator warns: {warning}")))
     }
 }
 
@@ -307,33 +313,46 @@ impl People {
 ///
 /// # Errors
 /// What did not hold.
-pub fn try_out(stand: Stand, made: &Made, rng: Rng) -> Result<(), String> {
+pub fn try_out<B: Table>(stand: Stand<B>, made: &Made, rng: Rng) -> Result<(), String> {
     let mut people = People::new(stand, made, rng, Roles::Random)?;
     people.play()?;
     people.end([0; 3])
 }
 
-/// Random hands.
+/// Random hands, on the emulated boards and on the firmware's machine on the desktop.
 ///
 /// # Errors
 /// The shipped firmware is damaged, or the table cannot be written.
 pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
-    settings.builds.iter().try_for_each(|build| on_boards(build, settings, sink))
+    for build in settings.builds {
+        let fresh = Fresh::new(Stand::new(build, &Config::default())?);
+        let row = Row::on(build, "people", WHAT, settings);
+        sink(cases(row, build, &fresh, settings, settings.count(16, 500, 5_000)))?;
+    }
+    if settings.has_desk() {
+        let fresh = Fresh::new(Stand::native());
+        let row = Row::of(DESK, "people", WHAT, settings);
+        sink(cases(row, &F5529, &fresh, settings, settings.count(60, 5_000, 500_000)))?;
+    }
+    Ok(())
 }
 
-fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
-    let fault = "buttons, switches, link";
-    let mut row = Row::on(build, "people", fault, settings);
-    let fresh = Fresh::new(Stand::new(build, &Config::default())?);
-    row.run(settings, settings.count(16, 500, 5_000), |n| {
-        let case = generate_for(build.part, &tape(settings, fault, n));
+fn cases<B: Table>(
+    mut row: Row,
+    build: &Build,
+    fresh: &Fresh<B>,
+    settings: &Settings,
+    count: u64,
+) -> Row {
+    row.run(settings, count, |n| {
+        let case = generate_for(build.part, &tape(settings, WHAT, n));
         let Some(made) = make_for(build, Case { world: String::new(), ..case }) else {
             return Verdict::Skipped;
         };
-        match try_out(fresh.copy(), &made, settings.rng(fault, n)) {
+        match try_out(fresh.copy(), &made, settings.rng(WHAT, n)) {
             Ok(()) => Verdict::Survived,
             Err(text) => Verdict::Lost(format!("{text}\n{}", made.case.script)),
         }
     });
-    sink(row)
+    row
 }

@@ -2,10 +2,10 @@
 //! fault, at random instants of runs, and again while the board comes up. Behind each cut the
 //! board answers in time and holds the old, the new or, where the old one was given up, no program.
 
-use emulator::{Config, Rng};
-use firmware::keep::{self, Kept};
-use firmware::store::{Flash, SEGMENT};
-use lang::part;
+mod wear;
+
+use desk::board::NativeBoard;
+use emulator::{Board, Config, Rng};
 use lang::record::{BoardRecord, OutputStates, feature};
 use lang::wire::{
     Control, FAULT, HOMED, KEEPS, LAST_END, MACHINE_POSITIONS, PROFILE_WINDOW, RUN_STATE, RunState,
@@ -15,11 +15,16 @@ use lang::wire::{
 use super::generate::{Case, generate_for};
 use super::programs::{Made, make, make_for, tape};
 use super::stand::{BOOT_US, Fresh, Stand, identity, words};
-use super::{Row, Settings, Sink, Verdict};
-use crate::board::Build;
+use super::table::Table;
+use super::{DESK, Row, Settings, Sink, Verdict};
+use crate::board::{Build, F5529};
+
+pub use wear::{Counted, wear};
 
 /// Power-ups behind a cut: a bit that was caught in the middle reads otherwise each time.
 const POWER_UPS: u32 = 3;
+/// What is done to a run.
+const AT_ANY: &str = "cut, any instant of a run";
 /// Longest run here, in looks of 50 ms.
 const LOOKS: u32 = 60;
 
@@ -50,40 +55,43 @@ pub enum Failure {
 const SHORT_CUTS: u64 = 8;
 
 /// Whether a board holds the old or the new.
-type Check = fn(&mut Stand, &[u8], &[u8]) -> Result<(), String>;
+type Check<B> = fn(&mut Stand<B>, &[u8], &[u8]) -> Result<(), String>;
 
 /// What is written when the power fails.
-pub struct Write {
+pub struct Write<B: Table = Board> {
     /// Names of its two faults: [`Failure::Cut`], [`Failure::Dip`].
     names: [&'static str; 2],
     /// A board before the write.
-    before: [Fresh; 2],
+    before: [Fresh<B>; 2],
     /// Writes; its end is of no interest.
-    write: fn(&mut Stand, &[u8]),
+    write: fn(&mut Stand<B>, &[u8]),
     /// What it writes.
     new: Vec<u8>,
     /// Whether what the board holds is the old or the new.
-    check: Check,
+    check: Check<B>,
     old: Vec<u8>,
 }
 
-fn boards(
-    build: &Build,
-    prepare: impl Fn(&mut Stand) -> Result<(), String>,
-) -> Result<[Fresh; 2], String> {
+/// Makes a board; the number says how its bits behave.
+type New<'a, B> = &'a dyn Fn(u64) -> Result<Stand<B>, String>;
+
+fn boards<B: Table>(
+    new: New<'_, B>,
+    prepare: impl Fn(&mut Stand<B>) -> Result<(), String>,
+) -> Result<[Fresh<B>; 2], String> {
     let board = |seed| {
-        let mut stand = Stand::new(build, &config(seed))?;
+        let mut stand = new(seed)?;
         prepare(&mut stand).map(|()| Fresh::new(stand))
     };
     Ok([board(0)?, board(1)?])
 }
 
-fn taken(stand: &mut Stand, image: &[u8], keep: bool) -> Result<(), String> {
+fn taken<B: Table>(stand: &mut Stand<B>, image: &[u8], keep: bool) -> Result<(), String> {
     stand.upload(image, keep).map_err(|answer| format!("the upload was answered by {answer:?}"))
 }
 
 /// Runs the stored program to its end or to the failure of power.
-fn run_through(stand: &mut Stand) {
+fn run_through<B: Table>(stand: &mut Stand<B>) {
     stand.control(Control::Start);
     for _ in 0..LOOKS {
         stand.board.run_us(50_000);
@@ -94,7 +102,7 @@ fn run_through(stand: &mut Stand) {
     }
 }
 
-fn replace(stand: &mut Stand, image: &[u8]) {
+fn replace<B: Table>(stand: &mut Stand<B>, image: &[u8]) {
     stand.expects(image.len());
     stand.write(UPLOAD_LENGTH, &[image.len() as u16]);
     stand.write(UPLOAD_CONTROL, &[Upload::Replace as u16]);
@@ -104,17 +112,17 @@ fn replace(stand: &mut Stand, image: &[u8]) {
     stand.write(UPLOAD_CONTROL, &[Upload::Commit as u16]);
 }
 
-fn write_record(stand: &mut Stand, record: &[u8]) {
+fn write_record<B: Table>(stand: &mut Stand<B>, record: &[u8]) {
     for (n, part) in words(record).chunks(16).enumerate() {
         stand.write(PROFILE_WINDOW + 16 * n as u16, part);
     }
 }
 
-fn stored(stand: &mut Stand) -> Result<(u16, u16), String> {
+fn stored<B: Table>(stand: &mut Stand<B>) -> Result<(u16, u16), String> {
     stand.stored().ok_or_else(|| "no answer about the program".to_owned())
 }
 
-fn old_or_new(stand: &mut Stand, old: &[u8], new: &[u8]) -> Result<(), String> {
+fn old_or_new<B: Table>(stand: &mut Stand<B>, old: &[u8], new: &[u8]) -> Result<(), String> {
     let found = stored(stand)?;
     match found == identity(old) || found == identity(new) {
         true => Ok(()),
@@ -122,7 +130,11 @@ fn old_or_new(stand: &mut Stand, old: &[u8], new: &[u8]) -> Result<(), String> {
     }
 }
 
-fn old_or_new_or_none(stand: &mut Stand, old: &[u8], new: &[u8]) -> Result<(), String> {
+fn old_or_new_or_none<B: Table>(
+    stand: &mut Stand<B>,
+    old: &[u8],
+    new: &[u8],
+) -> Result<(), String> {
     if stored(stand)? == (0, 0) && stand.state() == Some(RunState::Empty as u16) {
         return Ok(());
     }
@@ -130,7 +142,7 @@ fn old_or_new_or_none(stand: &mut Stand, old: &[u8], new: &[u8]) -> Result<(), S
 }
 
 /// The two KEEP values of [`COUNTER`] were written one after the other: each is old or new.
-fn kept(stand: &mut Stand, old: &[u8], _new: &[u8]) -> Result<(), String> {
+fn kept<B: Table>(stand: &mut Stand<B>, old: &[u8], _new: &[u8]) -> Result<(), String> {
     for n in 0..2 {
         let value = stand.read_long(KEEPS + 2 * n).ok_or("no answer about a KEEP value")?;
         if value != 70_001 && value != 140_002 {
@@ -140,7 +152,7 @@ fn kept(stand: &mut Stand, old: &[u8], _new: &[u8]) -> Result<(), String> {
     old_or_new(stand, old, old)
 }
 
-fn profile(stand: &mut Stand, old: &[u8], new: &[u8]) -> Result<(), String> {
+fn profile<B: Table>(stand: &mut Stand<B>, old: &[u8], new: &[u8]) -> Result<(), String> {
     let mut found = Vec::new();
     for register in 0..BoardRecord::SIZE as u16 / 2 {
         let word = stand.read(PROFILE_WINDOW + register).ok_or("no answer about the profile")?;
@@ -149,7 +161,7 @@ fn profile(stand: &mut Stand, old: &[u8], new: &[u8]) -> Result<(), String> {
     if found == old || found == new { Ok(()) } else { Err(format!("profile {found:02X?}")) }
 }
 
-fn logged(stand: &mut Stand, old: &[u8], _new: &[u8]) -> Result<(), String> {
+fn logged<B: Table>(stand: &mut Stand<B>, old: &[u8], _new: &[u8]) -> Result<(), String> {
     let fault = stand.read(FAULT).ok_or("no answer about the fault")?;
     if ![1, 2].contains(&fault) {
         return Err(format!("fault {fault}, which never came"));
@@ -168,6 +180,18 @@ const DIVISION: &str = "DIM a\na = 1 / a";
 /// # Errors
 /// The shipped firmware is damaged, or does not take what it should.
 pub fn writes(build: &Build) -> Result<Vec<Write>, String> {
+    writes_on(build, &|seed| Stand::new(build, &config(seed)))
+}
+
+/// The same on the firmware's machine on the desktop.
+///
+/// # Errors
+/// It does not take what it should.
+pub fn writes_on_desk() -> Result<Vec<Write<NativeBoard>>, String> {
+    writes_on(&F5529, &|_| Ok(Stand::native()))
+}
+
+fn writes_on<B: Table>(build: &Build, board: New<'_, B>) -> Result<Vec<Write<B>>, String> {
     let has_keep = build.part.features & feature::KEEP != 0;
     let old = image("PRINT \"old\"\nSetOut 1, ON\nWait 5ms")?;
     let new = image("PRINT \"new\"\nSetOut 2, ON")?;
@@ -182,7 +206,7 @@ pub fn writes(build: &Build) -> Result<Vec<Write>, String> {
     let mut writes = vec![
         Write {
             names: ["cut, upload beside", "brown-out, upload beside"],
-            before: boards(build, |stand| taken(stand, &old, false))?,
+            before: boards(board, |stand| taken(stand, &old, false))?,
             write: |stand, image| drop(stand.upload(image, false)),
             new,
             check: old_or_new,
@@ -190,7 +214,7 @@ pub fn writes(build: &Build) -> Result<Vec<Write>, String> {
         },
         Write {
             names: ["cut, upload in place", "brown-out, upload in place"],
-            before: boards(build, |stand| taken(stand, &large, false))?,
+            before: boards(board, |stand| taken(stand, &large, false))?,
             write: replace,
             new: old,
             check: old_or_new_or_none,
@@ -198,7 +222,7 @@ pub fn writes(build: &Build) -> Result<Vec<Write>, String> {
         },
         Write {
             names: ["cut, profile", "brown-out, profile"],
-            before: boards(build, |stand| {
+            before: boards(board, |stand| {
                 write_record(stand, &record(1));
                 stand.control(Control::Restart);
                 stand.board.run_us(BOOT_US);
@@ -211,7 +235,7 @@ pub fn writes(build: &Build) -> Result<Vec<Write>, String> {
         },
         Write {
             names: ["cut, fault log", "brown-out, fault log"],
-            before: boards(build, |stand| {
+            before: boards(board, |stand| {
                 taken(stand, &faults, has_keep)?;
                 run_through(stand);
                 stand.control(Control::Acknowledge);
@@ -224,16 +248,16 @@ pub fn writes(build: &Build) -> Result<Vec<Write>, String> {
         },
     ];
     if has_keep {
-        writes.push(keep_writes(build)?);
+        writes.push(keep_writes(board)?);
     }
     Ok(writes)
 }
 
-fn keep_writes(build: &Build) -> Result<Write, String> {
+fn keep_writes<B: Table>(board: New<'_, B>) -> Result<Write<B>, String> {
     let counter = image(COUNTER)?;
     Ok(Write {
         names: ["cut, KEEP", "brown-out, KEEP"],
-        before: boards(build, |stand| {
+        before: boards(board, |stand| {
             taken(stand, &counter, true)?;
             run_through(stand);
             Ok(())
@@ -245,13 +269,13 @@ fn keep_writes(build: &Build) -> Result<Write, String> {
     })
 }
 
-impl Write {
+impl<B: Table> Write<B> {
     /// Flash operations of the write.
     pub fn operations(&self) -> u64 {
         let mut stand = self.before[0].copy();
-        let before = stand.board.wear().operations;
+        let before = stand.board.operations();
         (self.write)(&mut stand, &self.new);
-        (stand.board.wear().operations - before).max(1)
+        (stand.board.operations() - before).max(1)
     }
 
     /// Lets power fail in flash operation `n` of the write; `None` when it has not so many. `spoil`
@@ -261,10 +285,10 @@ impl Write {
         failure: Failure,
         n: u64,
         seed: u64,
-        spoil: &dyn Fn(&mut Stand),
+        spoil: &dyn Fn(&mut Stand<B>),
     ) -> Option<Verdict> {
         let mut stand = self.before[(seed % 2) as usize].copy();
-        stand.board.cut_at_flash_operation(n, seed);
+        stand.board.fail_at(n, seed);
         (self.write)(&mut stand, &self.new);
         if stand.board.powered() {
             return None;
@@ -306,11 +330,11 @@ impl Write {
 ///
 /// # Errors
 /// What did not hold.
-fn nothing_goes_on(stand: &mut Stand, image: &[u8]) -> Result<(), String> {
+fn nothing_goes_on<B: Table>(stand: &mut Stand<B>, image: &[u8]) -> Result<(), String> {
     if !stand.power_cycle() {
         return Err("the board does not answer".to_owned());
     }
-    let pulses = |stand: &Stand| stand.board.plant().motors.each_ref().map(|motor| motor.pulses);
+    let pulses = |stand: &Stand<B>| stand.board.plant().motors.each_ref().map(|motor| motor.pulses);
     let before = pulses(stand);
     stand.board.run_us(30_000);
     if pulses(stand) != before || stand.board.plant().outputs() != 0 {
@@ -328,24 +352,27 @@ fn nothing_goes_on(stand: &mut Stand, image: &[u8]) -> Result<(), String> {
     old_or_new(stand, image, image)
 }
 
-fn random_cuts(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
-    let fault = "cut, any instant of a run";
-    let mut row = Row::on(build, "power", fault, settings);
-    let fresh = Fresh::new(Stand::new(build, &config(1))?);
-    row.run(settings, settings.count(10, 300, 3_000), |n| {
-        let case = generate_for(build.part, &tape(settings, fault, n));
+fn random_cuts<B: Table>(
+    mut row: Row,
+    build: &Build,
+    fresh: &Fresh<B>,
+    settings: &Settings,
+    count: u64,
+) -> Row {
+    row.run(settings, count, |n| {
+        let case = generate_for(build.part, &tape(settings, AT_ANY, n));
         let Some(made) = make_for(build, case) else { return Verdict::Skipped };
-        random_cut(fresh.copy(), &made, &mut settings.rng(fault, n), &|_| {})
+        random_cut(fresh.copy(), &made, &mut settings.rng(AT_ANY, n), &|_| {})
     });
-    sink(row)
+    row
 }
 
 /// Cuts power at some instant of a run; `spoil` as with [`Write::fail`].
-pub fn random_cut(
-    mut stand: Stand,
+pub fn random_cut<B: Table>(
+    mut stand: Stand<B>,
     made: &Made,
     rng: &mut Rng,
-    spoil: &dyn Fn(&mut Stand),
+    spoil: &dyn Fn(&mut Stand<B>),
 ) -> Verdict {
     let image = &made.compiled.image;
     let keep = image.get(16).is_some_and(|counts| counts & 15 != 0);
@@ -362,129 +389,45 @@ pub fn random_cut(
     )
 }
 
-/// Segments of the program area of the fake flash.
-const SEGMENTS: usize = part::F5529.segments as usize;
-
-/// A flash memory that counts.
-#[derive(Clone)]
-pub struct Counted {
-    words: Vec<u16>,
-    erases: [u64; SEGMENTS],
-    /// Operations until power fails; that one leaves some of its bits undone.
-    left: u64,
-    noise: u16,
-}
-
-impl Counted {
-    fn new() -> Counted {
-        let words = SEGMENTS * usize::from(SEGMENT) / 2;
-        let erases = [0; SEGMENTS];
-        Counted { words: vec![0xFFFF; words], erases, left: u64::MAX, noise: 0 }
-    }
-}
-
-impl Counted {
-    /// The word that a record ends with is lost, as by a flash that does not hold what was written.
-    pub fn forget(&mut self) {
-        if let Some(last) = self.words.iter_mut().rev().find(|word| **word != 0xFFFF) {
-            *last = 0xFFFF;
-        }
-    }
-
-    /// One segment is erased more often than the other.
-    pub fn wear_out(&mut self) {
-        self.erases[SEGMENTS - 1] += 1;
-    }
-}
-
-impl Flash for Counted {
-    const SEGMENTS: u8 = SEGMENTS as u8;
-
-    fn read(&self, offset: u16) -> u16 {
-        self.words[usize::from(offset) / 2]
-    }
-    fn write(&mut self, offset: u16, word: u16) {
-        let undone = if self.left == 1 { self.noise } else { 0 };
-        if self.left > 0 {
-            self.words[usize::from(offset) / 2] &= word | undone;
-        }
-        self.left = self.left.saturating_sub(1);
-    }
-    fn erase(&mut self, offset: u16) {
-        let segment = usize::from(offset / SEGMENT);
-        let done = if self.left == 1 { self.noise } else { 0xFFFF };
-        if self.left > 0 {
-            let words = usize::from(SEGMENT) / 2;
-            self.words[segment * words..][..words].iter_mut().for_each(|word| *word |= done);
-            self.erases[segment] += 1;
-        }
-        self.left = self.left.saturating_sub(1);
-    }
-    fn image(&self, _offset: u16) -> Option<u16> {
-        None
-    }
-    fn length(&self, _offset: u16) -> u16 {
-        0
-    }
-}
-
-/// KEEP writes, one in eight of them cut if `cuts`: each value is the old or the new one, and where
-/// nothing is cut the two segments are erased alike. `spoil` may do to the flash what KEEP must not.
-pub fn wear(settings: &Settings, cuts: bool, spoil: &dyn Fn(&mut Counted)) -> Row {
-    let fault = if cuts { "KEEP writes, one in 8 cut" } else { "wear by KEEP writes" };
-    let mut row = Row::new("power", fault, settings);
-    let mut rng = settings.rng(fault, 0);
-    let mut flash = Counted::new();
-    let kept = Kept { count: 8, mark: 1 };
-    let mut values = [0; 8];
-    for n in 0..settings.count(20_000, 100_000, 1_000_000) {
-        let (index, value) = (rng.below(8) as usize, rng.bits() as i32);
-        let cut = cuts && rng.below(8) == 0;
-        flash.left = if cut { 1 + rng.below(40) } else { u64::MAX };
-        flash.noise = rng.bits() as u16;
-        let mut wanted = values;
-        wanted[index] = value;
-        keep::save(&mut flash, kept.mark, &wanted);
-        spoil(&mut flash);
-        flash.left = u64::MAX;
-        let found: [i32; 8] = std::array::from_fn(|of| keep::read(&flash, kept, of as u16));
-        let held = found == wanted || cut && found == values;
-        values = found;
-        row.count(
-            n,
-            match held {
-                true => Verdict::Survived,
-                false => Verdict::Lost(format!("{found:X?}, not {wanted:X?}")),
-            },
-        );
-    }
-    let [.., a, b] = flash.erases;
-    let others: u64 = flash.erases[..SEGMENTS - 2].iter().sum();
-    if others > 0 || !cuts && a.abs_diff(b) > 1 {
-        row.count(u64::MAX, Verdict::Lost(format!("erases by segment {:?}", flash.erases)));
-    }
-    row.note = format!("{a} and {b} erases of the two segments");
-    row
-}
-
-/// Failures of power.
+/// Failures of power, on the emulated boards and on the firmware's machine on the desktop.
 ///
 /// # Errors
 /// The shipped firmware is damaged, or the table cannot be written.
 pub fn run(settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
-    settings.builds.iter().try_for_each(|build| on_boards(build, settings, sink))?;
+    for build in settings.builds {
+        let failures = [Failure::Cut, Failure::Dip];
+        cut(writes(build)?, &failures, build.part.name, [SHORT_CUTS, 4, 40], settings, sink)?;
+        let fresh = Fresh::new(Stand::new(build, &config(1))?);
+        let row = Row::on(build, "power", AT_ANY, settings);
+        sink(random_cuts(row, build, &fresh, settings, settings.count(10, 300, 3_000)))?;
+    }
+    if settings.has_desk() {
+        let failures = [Failure::Cut];
+        cut(writes_on_desk()?, &failures, DESK, [2 * SHORT_CUTS, 40, 4_000], settings, sink)?;
+        let row = Row::of(DESK, "power", AT_ANY, settings);
+        let fresh = Fresh::new(Stand::native());
+        sink(random_cuts(row, &F5529, &fresh, settings, settings.count(40, 3_000, 300_000)))?;
+    }
     sink(wear(settings, false, &|_| {}))?;
     sink(wear(settings, true, &|_| {}))
 }
 
-fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), String> {
-    for write in writes(build)? {
+/// Lets power fail in the operations of each write: in the short form in some of them, else in each so many times.
+fn cut<B: Table>(
+    writes: Vec<Write<B>>,
+    failures: &[Failure],
+    part: &'static str,
+    [short, usual, long]: [u64; 3],
+    settings: &Settings,
+    sink: Sink<'_>,
+) -> Result<(), String> {
+    for write in writes {
         let most = write.operations();
-        for (name, failure) in write.names.into_iter().zip([Failure::Cut, Failure::Dip]) {
-            let mut row = Row::on(build, "power", name, settings);
-            // Each operation once for every seed; in short some of them, evenly.
-            let cases = settings.count(SHORT_CUTS.min(most), 4 * most, 40 * most);
+        for (&failure, name) in failures.iter().zip(write.names) {
+            let mut row = Row::of(part, "power", name, settings);
+            let cases = settings.count(short.min(most), usual * most, long * most);
             row.run(settings, cases, |n| {
+                // In short evenly over the write.
                 let stride = (most / cases).max(1);
                 let (operation, seed) = (n * stride % most + 1, settings.seed + n / most);
                 write.fail(failure, operation, seed, &|_| {}).unwrap_or(Verdict::Skipped)
@@ -493,5 +436,5 @@ fn on_boards(build: &Build, settings: &Settings, sink: Sink<'_>) -> Result<(), S
             sink(row)?;
         }
     }
-    random_cuts(build, settings, sink)
+    Ok(())
 }

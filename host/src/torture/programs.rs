@@ -24,7 +24,7 @@ use crate::chords;
 use crate::course;
 use crate::sim::trace::{Event, Status, What, to_text};
 use crate::sim::world::World;
-use crate::sim::{Options, STATEMENT_US};
+use crate::sim::{Options, STATEMENT_US, SimError};
 
 /// Ends runaway programs; the engines count statements alike. Blocks run into one another as on the
 /// part that has all of the language.
@@ -105,6 +105,25 @@ pub fn on_board(build: &Build, made: &Made, image: &[u8]) -> Result<(Run, BoardR
     let (run, trace) =
         engine::run_traced(build, &made.program, image, sidecar, &made.world, &options)?;
     Ok((Run { trace, outcome: run.outcome.clone() }, run))
+}
+
+/// Events of a program on the engine `vm`, with their times.
+///
+/// # Errors
+/// As of [`on_vm`].
+pub fn on_host_timed(made: &Made) -> Result<Vec<Event>, SimError> {
+    on_vm(&made.program, &made.compiled, &made.world, &OPTIONS).map(|run| run.trace)
+}
+
+/// Events of a program on the emulated board, which nobody traces, with their times.
+///
+/// # Errors
+/// As of [`on_board`].
+pub fn on_board_timed(build: &Build, made: &Made) -> Result<Vec<Event>, BoardError> {
+    let options = Options { part: build.part, ..OPTIONS };
+    let (image, sidecar) = (&made.compiled.image, &made.compiled.sidecar);
+    engine::run_traced(build, &made.program, image, sidecar, &made.world, &options)
+        .map(|(_, trace)| trace)
 }
 
 fn told(case: &Case, text: &str, runs: [(&str, &Run); 2]) -> Verdict {

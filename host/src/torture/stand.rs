@@ -2,12 +2,14 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use emulator::{Board, Config, Stop};
+use desk::board::NativeBoard;
+use emulator::{Board, Config, Stop, Wiring};
 use lang::wire::{
     CRC_START, Control, PROGRAM_CRC, PROGRAM_LENGTH, RUN_CONTROL, RUN_STATE, UPLOAD_CONTROL,
     UPLOAD_LENGTH, UPLOAD_RESULT, Upload, VERSION, WIRE_VERSION, check_ms, crc16, upload_window,
 };
 
+use super::table::Table;
 use crate::board::Build;
 
 /// Beyond what an upload's erase and check may take, the longest wait for the first byte of a reply, us.
@@ -71,9 +73,9 @@ pub fn words(image: &[u8]) -> Vec<u16> {
 
 /// A board on the table.
 #[derive(Clone)]
-pub struct Stand {
+pub struct Stand<B = Board> {
     /// The board.
-    pub board: Board,
+    pub board: B,
     /// Longest wait for the first byte of a reply, us.
     patience_us: u64,
 }
@@ -88,10 +90,27 @@ impl Stand {
         let config = Config { part: build.chip.clone(), ..config.clone() };
         let mut board = Board::with_config(&config, &image);
         crate::board::tell_default(build, &mut board);
-        let mut stand = Stand { board, patience_us: 0 };
-        stand.expects(0);
+        let mut stand = Stand::around(board);
         stand.board.run_us(BOOT_US);
         Ok(stand)
+    }
+}
+
+impl Stand<NativeBoard> {
+    /// The firmware's machine on the desktop, with the profile `mill` and no program, powered up.
+    pub fn native() -> Stand<NativeBoard> {
+        let mut stand = Stand::around(NativeBoard::new(Wiring::Chain));
+        stand.board.run_us(BOOT_US);
+        stand
+    }
+}
+
+impl<B: Table> Stand<B> {
+    /// A board in the hand.
+    pub fn around(board: B) -> Stand<B> {
+        let mut stand = Stand { board, patience_us: 0 };
+        stand.expects(0);
+        stand
     }
 
     /// From now on an image of so many bytes may be checked before a reply comes.
@@ -108,7 +127,7 @@ impl Stand {
     pub fn exchange(&mut self, bytes: &[u8]) -> Answer {
         self.board.uart_take();
         let gone = self.board.uart_send(bytes);
-        if self.board.run_until(gone) == Stop::NoPower {
+        if self.board.run_to(gone) == Stop::NoPower {
             return Answer::NoPower;
         }
         let mut reply = Vec::new();
@@ -220,24 +239,28 @@ impl Stand {
     pub fn power_cycle(&mut self) -> bool {
         self.board.power_cut();
         self.board.power_up();
-        self.board.clear_stats();
+        self.board.forget();
         self.board.run_us(BOOT_US);
         self.answers()
     }
 }
 
 /// A board of which every case gets a copy.
-pub struct Fresh(Mutex<Stand>);
+pub struct Fresh<B: Table = Board> {
+    kept: Mutex<B::Kept>,
+    patience_us: u64,
+}
 
-impl Fresh {
+impl<B: Table> Fresh<B> {
     /// Keeps a board.
-    pub fn new(stand: Stand) -> Fresh {
-        Fresh(Mutex::new(stand))
+    pub fn new(stand: Stand<B>) -> Fresh<B> {
+        Fresh { patience_us: stand.patience_us, kept: Mutex::new(stand.board.kept()) }
     }
 
     /// A copy.
-    pub fn copy(&self) -> Stand {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    pub fn copy(&self) -> Stand<B> {
+        let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        Stand { board: B::copy_of(&kept), patience_us: self.patience_us }
     }
 }
 
