@@ -10,7 +10,7 @@ use lang::image::Image;
 use lang::record::feature;
 use pasapas::board::engine::run_native_traced;
 use pasapas::board::{Build, DEFAULT, engine};
-use pasapas::sim::trace::{Event, to_text};
+use pasapas::sim::trace::{Event, What, to_text};
 use pasapas::sim::world::World;
 use pasapas::sim::{Engine, Options, run_traced};
 use pasapas::torture::times::{LATER_US, apart};
