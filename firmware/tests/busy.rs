@@ -126,7 +126,7 @@ fn lines(axes: usize, steps: u32, count: u32) -> String {
 /// Lines of so many steps, and how many steps a second a path of them makes on average: with both lines asking without a
 /// pause, and with none (firmware/README.md, Drivers and switches).
 const HELD: [(u32, [f64; 2]); 4] = [
-    (250, [65_000.0, 79_000.0]),
+    (250, [64_000.0, 79_000.0]),
     (500, [75_000.0, 90_900.0]),
     (1_000, [84_000.0, 90_900.0]),
     (4_000, [88_000.0, 90_900.0]),
