@@ -348,6 +348,7 @@ impl Desk {
         *self.0.engine.borrow_mut() = super::Engine::default();
         self.0.falls.set([None; 3]);
         self.0.turn.set(None);
+        self.plant_mut().cut_short();
         self.reset_pins();
     }
 

@@ -319,6 +319,7 @@ impl Bus {
     /// Resets the peripherals: a PUC, and a POR when the reset is one.
     pub fn apply_reset(&mut self, reset: Reset) {
         use Reset::{Pin, Power, Watchdog as Dog, WatchdogKey};
+        self.plant.cut_short();
         let por = matches!(reset, Power | Pin);
         match reset {
             Power => self.ifg[0] = sfr::POR | sfr::OF,
@@ -357,6 +358,7 @@ impl Bus {
 
     /// The supply is gone: the chip drives no pin any more.
     pub fn power_off(&mut self) {
+        self.plant.cut_short();
         for port in &mut self.ports {
             port.reset(0);
         }

@@ -247,6 +247,11 @@ impl Plant {
         self.pulled_up |= 1 << self.board.latch | 1 << self.board.enable;
     }
 
+    /// The chip is reset: see [`Motor::cut_short`].
+    pub fn cut_short(&mut self) {
+        self.motors.iter_mut().for_each(Motor::cut_short);
+    }
+
     /// Drivers that take a low level for an active STEP, and whose resistors pull it up. Recorded is whether STEP is
     /// active, as without it.
     pub fn steps_are_low(&mut self) {

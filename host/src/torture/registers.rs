@@ -336,8 +336,9 @@ impl<B: Table> Storm<'_, B> {
         }
         // A word that a cut left half written is written once more than the data sheet likes.
         let warning = self.stand.board.warning().filter(|_| !self.cut);
-        // Limits of drivers are not judged: a reset in a motion, which requests may ask for too, cuts a pulse short.
-        warning.map_or(Ok(()), Err)
+        let plant = self.stand.board.plant();
+        let violation = plant.violations().first().map(|own| format!("{own:?}"));
+        violation.filter(|_| self.only_x).or(warning).map_or(Ok(()), Err)
     }
 }
 

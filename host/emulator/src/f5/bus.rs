@@ -275,6 +275,7 @@ impl Bus {
     /// Resets the peripherals: a PUC, and a POR or BOR when the reset is one.
     pub fn apply_reset(&mut self, reset: Reset) {
         use Reset::{Pin, Power, SoftwareBrownOut, SoftwarePowerOn, Supervisor};
+        self.plant.cut_short();
         let brown_out = matches!(reset, Power | Pin | SoftwareBrownOut);
         let por = brown_out || matches!(reset, SoftwarePowerOn | Supervisor);
         if brown_out {
@@ -333,6 +334,7 @@ impl Bus {
 
     /// The supply is gone: the chip drives no pin any more.
     pub fn power_off(&mut self) {
+        self.plant.cut_short();
         for port in &mut self.ports {
             port.reset(0);
         }

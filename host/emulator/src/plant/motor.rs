@@ -122,6 +122,11 @@ impl Motor {
         (self.rose, self.fell, self.dir_changed) = (None, None, None);
     }
 
+    /// The chip is reset and drives no pin any more: the pulse under way is not held to the driver's limits.
+    pub(super) fn cut_short(&mut self) {
+        (self.step, self.rose, self.fell, self.dir_changed) = (false, None, None, None);
+    }
+
     /// STEP is `level` from `now` on. Returns whether the motor moved; broken limits go to `report`.
     pub fn step(
         &mut self,
