@@ -24,11 +24,20 @@ pub trait Line {
     fn room(&self) -> u8;
     /// Appends a byte to the reply; only called when there is room.
     fn put(&mut self, byte: u8);
+    /// Appends a word, high byte first; only called when there is room for both.
+    fn put_word(&mut self, word: u16) {
+        self.put((word >> 8) as u8);
+        self.put(word as u8);
+    }
     /// Nothing more will be put; the line listens again once all is sent.
     fn finish(&mut self);
     /// One byte more into a CRC.
     fn crc(crc: u16, byte: u8) -> u16 {
         crc16(crc, byte)
+    }
+    /// A word more into a CRC, high byte first.
+    fn crc_word(crc: u16, word: u16) -> u16 {
+        Self::crc(Self::crc(crc, (word >> 8) as u8), word as u8)
     }
 }
 
@@ -327,8 +336,8 @@ impl Slave {
     }
 
     fn put_word<L: Line>(&mut self, line: &mut L, word: u16) {
-        self.put(line, (word >> 8) as u8);
-        self.put(line, word as u8);
+        self.crc = L::crc_word(self.crc, word);
+        line.put_word(word);
     }
 
     fn end<L: Line>(&mut self, line: &mut L) {
