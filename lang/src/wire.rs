@@ -237,6 +237,9 @@ pub const LOCK_CODE: u16 =
 /// What commands move goes on for so long behind a write of [`JOG_HOLD`], ms.
 pub const JOG_HOLD_MS: u16 = 300;
 
+/// Written to [`JOG_HOLD`]: the time begins anew only while it runs, else exception 6.
+pub const JOG_GOES_ON: u16 = 2;
+
 /// Registers of a program in [`LIBRARY`]: its length in bytes, 0 for none, its CRC, its KEEP values, and from
 /// [`LIBRARY_NAME`] on its name.
 pub const LIBRARY_ENTRY: u16 = 16;
