@@ -74,6 +74,10 @@ impl Way {
     }
 
     /// Whether the work is done in time when the line begins and ends no faster than at `end`.
+    ///
+    /// For each count 2^n of events that a segment may have: the highest speed at which it has so many (each count lasts
+    /// `SEGMENT_S` at the least), the fewest events that the last two segments have then, and the least time in which the
+    /// ramps let the axes make them. The work must fit into that time, and the next line's first segment into the last one.
     fn is_in_time(&self, end: f64, work: &Work) -> bool {
         let cap = self.top.max(end);
         let mut count = 1.0;
@@ -111,6 +115,10 @@ impl Way {
     }
 
     /// The least time of a way from one speed to another that is no higher than `end`, s.
+    ///
+    /// Full ramp up, then `cap` or the speed at which both ramps meet, then full ramp down:
+    /// `v^2 = (from^2 d + end^2 a + 2 a d way) / (a + d)`. If the way is too short to reach either end speed, one ramp takes
+    /// all of it: `way = v t + a t^2 / 2`, solved for t.
     fn least_s(&self, from: f64, end: f64, cap: f64, way: f64) -> f64 {
         let (up, down) = (self.accel, self.decel);
         let meet = (from * from * down + end * end * up + 2.0 * up * down * way) / (up + down);
