@@ -1,7 +1,6 @@
-//! Places of the axes: targets, the travel, work positions.
+//! Positions of the axes: targets, the travel, work positions.
 //!
-//! The commanded place of an axis is where it is told to be, um and steps; [`aim`] looks at a target and leaves where
-//! it lies as the new place.
+//! The commanded position of an axis is where it was last sent, um and steps; [`aim`] makes it from a target.
 #![cfg_attr(any(), micro(module = "rules.coords"))]
 
 use super::Axis;

@@ -1,4 +1,4 @@
-//! What each output did in a run.
+//! Use of each output in a run: how often, how long, how it ended.
 
 use std::collections::BTreeMap;
 

@@ -1,6 +1,6 @@
-//! `[[grbl]]` of the gateway's file: boards that Grbl's clients drive.
+//! `[[grbl]]` of the gateway's file: boards for Grbl clients.
 //!
-//! The server itself is [`crate::grbl`]; here its requests take their turns among those of all others.
+//! The server itself is [`crate::grbl`]; its requests to the board take their turns among all others.
 
 use std::net::SocketAddr;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! Who is served next: a request of each in turn, what ends motion before all of them.
+//! Scheduling of requests: one of each client in turn, stops before all of them.
 
 use std::collections::VecDeque;
 

@@ -1,4 +1,4 @@
-//! Feeds boards with the lines that wait for them.
+//! Feeds waiting lines to their boards.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

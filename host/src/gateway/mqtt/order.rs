@@ -1,4 +1,4 @@
-//! Orders by MQTT: a word, or JSON with where to reply and a number to know the reply by.
+//! Commands by MQTT: a word, or JSON with a reply topic and a correlation number.
 
 use lang::wire::{self, Control, Table};
 use serde::Deserialize;

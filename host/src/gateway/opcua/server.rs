@@ -1,4 +1,4 @@
-//! The server's thread: what looks bring goes into the address space, and what methods ask for to the
+//! The server's thread: puts polled values into the address space, and sends method calls to the
 //! boards.
 
 use std::net::SocketAddr;
