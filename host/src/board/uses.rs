@@ -1,4 +1,4 @@
-//! Use of each output in a run: how often, how long, how it ended.
+//! Use of each output in a run: how often it was switched on, and for how long.
 
 use std::collections::BTreeMap;
 
