@@ -1,11 +1,11 @@
-//! Slow points: corner speeds that the host computes before the run, for a part that looks at no line ahead
+//! Slow points: corner speeds that the host computes before the run, for a part without look-ahead
 //! ([`lang::image::course`]).
 //!
 //! A look-ahead planner needs memory for the lines ahead, which the MSP430G2553 with its 512 bytes does not have. So the
 //! host does that part of the work when it compiles:
 //!
 //! 1. [`walk`] runs the program as long as it does not depend on an answer of the machine. It collects the *courses*: series
-//!    of G1 with nothing between them that looks at the machine or acts on it, except F.
+//!    of G1 with nothing between them that reads the machine or acts on it, except F.
 //! 2. [`join`] makes one line of consecutive lines that are too short for the chip to plan one by one.
 //! 3. [`bounds`] computes how fast each line may end: the backward and the forward pass of a look-ahead planner.
 //! 4. [`window`] limits that to speeds at which the chip has planned the next line in time.
