@@ -20,7 +20,7 @@ pub trait Stands {
     /// um as steps, half away from zero; nothing when they do not fit.
     #[cfg_attr(any(), micro(code = "DO to_steps", holds = "CARRY"))]
     fn to_steps(&self, axis: Axis, um: i32) -> Option<i32>;
-    /// Steps as um, likewise.
+    /// Steps as um, in the same way.
     #[cfg_attr(any(), micro(code = "DO to_um", holds = "CARRY"))]
     fn to_um(&self, axis: Axis, steps: i32) -> Option<i32>;
 }

@@ -9,7 +9,7 @@ use lang::record::MachineRecord;
 use super::Pace;
 use super::walk::Line;
 
-/// What a square may be too high by where numbers of 24 bits were rounded: this part of it is left away.
+/// What a square may be too high by where numbers of 24 bits were rounded: this part of it is subtracted.
 const ROUNDING: f64 = 1e-4;
 /// The part of a ramp that the chip uses ([`firmware::motion::ramp`]).
 const RAMP: f64 = 31.0 / 32.0;

@@ -29,7 +29,7 @@ use stopper::Stopper;
 use talk::Talk;
 use worker::Worker;
 
-/// Cards are askers beside the clients of Modbus TCP, whose numbers count from 1.
+/// Cards are clients, too; those of Modbus TCP count from 1.
 const FIRST_ASKER: Asker = 1 << 62;
 /// Longest wait for what comes, between two looks at what is to go out.
 const WAIT: Duration = Duration::from_millis(5);

@@ -16,7 +16,7 @@ use crate::grbl::port::Ports;
 use crate::grbl::{Server, Setting};
 use crate::input;
 
-/// Askers beside clients, cards and G-code.
+/// Client number of Grbl servers, apart from those of clients, cards and G-code.
 const FIRST_ASKER: Asker = 1 << 60;
 
 /// `[[grbl]]`

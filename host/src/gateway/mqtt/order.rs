@@ -16,7 +16,7 @@ use crate::gateway::turns::Asker;
 const LONGEST: usize = 4096;
 /// Longest topic for a reply, bytes.
 const LONGEST_TOPIC: usize = 256;
-/// Orders are one asker among the clients of a line.
+/// Commands by MQTT are one client of a line.
 const ASKER: Asker = 0;
 
 /// What is asked.
