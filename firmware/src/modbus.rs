@@ -1,8 +1,8 @@
-//! The Modbus RTU slave: one request, checked whole, then its reply made while it is sent.
+//! The Modbus RTU slave: checks a whole request, then computes the reply while it is sent.
 //!
-//! There is one buffer of [`FRAME`] bytes. A request is received into it; once it is understood,
+//! There is one buffer of [`FRAME`] bytes. A request is received into it. Once it is understood,
 //! only an address and a count are kept and the buffer becomes the ring from which the reply is
-//! sent, so a reply may be longer than RAM is wide (64 registers are 133 bytes).
+//! sent, so the longest reply (125 registers are 255 bytes) needs no buffer of its size.
 //! Source: Modbus Application Protocol V1.1b3 (functions, exceptions), Modbus over Serial Line
 //! V1.02 (address, CRC, broadcast).
 

@@ -1,4 +1,4 @@
-//! What commands look at and do here; their rules are [`crate::rules::commands`].
+//! State and actions behind the commands; their rules are [`crate::rules::commands`].
 
 use crate::machine::chip::Chip;
 use crate::machine::controller::{Controller, Effect};

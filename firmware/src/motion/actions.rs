@@ -11,7 +11,7 @@
 //! Each pass of the main loop asks the engine how much time the segments last that it has not begun: what was handed out
 //! less that is the time at which the playing one ends. Between two of these instants the clock tells how far it is. An
 //! action is due when the engine has come to its mark, less a lead that is a time; [`EARLY`] makes half of the passes
-//! come before and half behind. Nothing has to be known of the speed, so overrides, ramps and pauses keep place and action
+//! come before and half after. Nothing has to be known of the speed, so overrides, ramps and pauses keep place and action
 //! together. So that a mark is there in time, the engine is to hold as much more as the longest lead ([`Actions::ahead`]).
 //!
 //! A lag, and the length of a pulse, are counted in milliseconds, in a pause too. A list that is full lets the program

@@ -1,4 +1,4 @@
-//! The owner's thread: Stop first, then a held jog, then users in turns, then a look at the board.
+//! The owner's thread: Stop first, then a held jog, then users in turns, then a poll of the board.
 
 use std::sync::Arc;
 use std::sync::PoisonError;

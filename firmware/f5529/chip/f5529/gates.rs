@@ -1,7 +1,7 @@
-//! The ways from compiled functions above 64 KB to assembly below it (see `firmware/far`): `CALLA` to the gate,
+//! Calls from compiled functions above 64 KB to assembly below it (see `firmware/far`): `CALLA` to the gate,
 //! `CALL` from there, and back by `RETA`, which the assembler does not know.
 //!
-//! Arguments on the stack are pushed once more. What nobody calls the linker leaves out. `f5529/scaled.rs` needs none.
+//! Arguments on the stack are pushed once more. The linker drops gates that nothing calls. `f5529/scaled.rs` needs none.
 
 core::arch::global_asm!(
     r#"

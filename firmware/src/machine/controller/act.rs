@@ -1,4 +1,4 @@
-//! Actions on the way: the statement, and the outputs when their places come ([`crate::motion::actions`]).
+//! SYNC: the statement, and the switching of outputs at their place along the path ([`crate::motion::actions`]).
 
 use super::Controller;
 use crate::machine::chip::Chip;

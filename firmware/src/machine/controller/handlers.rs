@@ -1,4 +1,4 @@
-//! What the rules of faults look at and do here.
+//! State and actions behind the rules of faults ([`crate::rules::handlers`]).
 
 use super::Controller;
 use super::events::handlers as open_handlers;
