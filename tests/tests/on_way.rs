@@ -352,3 +352,36 @@ fn an_override_moves_no_action_from_its_place() {
         assert!((at - 200 * n).abs() <= 30, "action {n} at {at}");
     }
 }
+
+/// A handler goes on with the run, so no output comes into its fault state: what was to go off goes off.
+#[test]
+fn a_fault_that_is_handled_leaves_on_nothing_that_was_to_go_off() {
+    let script = "DIM far AS LENGTH = 500mm\nON ERROR GOTO again\nHome\nF1800\nG1 X5\nSYNC SetOut 3, ON\nSYNC Pulse 5, 10s\nG1 X10\n\
+         SYNC SetOut 3, OFF\nSYNC SetOut 4, ON\nG1 X[far]\nG1 X40\nWait 1s\nEND\nagain:\nfar = 30mm\nRESUME";
+    for (name, outcome, _) in runs(script, "") {
+        assert_eq!(outcome.end.status, Status::Done, "{name}");
+        let [(on, true), (off, false)] = edges(&outcome.record, 3)[..] else {
+            panic!("{name}: {:?}", edges(&outcome.record, 3))
+        };
+        assert!(off - on < 400_000, "{name}: {on} to {off} us");
+        assert_eq!(edges(&outcome.record, 4), [], "{name}");
+        let [(_, true), (end, false)] = edges(&outcome.record, 5)[..] else { panic!("{name}") };
+        assert!(end.abs_diff(off) < 5_000, "{name}: {end} us");
+    }
+}
+
+/// Six lags that reach beyond the path leave no room for a seventh, and no motion comes before it that would make some.
+#[test]
+fn too_many_that_lie_beyond_the_path_are_a_fault_and_none_acts_early() {
+    let mut script = HEAD.to_owned();
+    for n in 1..=8 {
+        let on = if n % 2 == 1 { "ON" } else { "OFF" };
+        script += &format!("G1 X{}\nSYNC SetOut 3, {on}, -5mm\n", f64::from(n) / 2.0);
+    }
+    script += "G1 X20";
+    for (name, outcome, events) in runs(&script, "") {
+        assert_eq!(outcome.end.status, Status::Fault, "{name}");
+        assert_eq!(edges(&outcome.record, 3), [], "{name}");
+        assert!(acts(&events).iter().all(|(_, _, on)| *on == 0), "{name}");
+    }
+}

@@ -62,7 +62,7 @@ impl<C: Chip> Controller<C> {
                 return Ok(false);
             }
             if !self.motor.actions.is_empty() {
-                self.flush_actions();
+                self.flush_actions(None);
             }
         }
         if code == first::Read && self.look_at_analog() {
