@@ -421,6 +421,7 @@ impl<C: Chip> Map for Controller<C> {
                 if value & !self.all_outputs() != 0 {
                     return Err(Exception::IllegalValue);
                 }
+                self.motor.actions.take_over(0xFFFF);
                 self.io.outputs = value;
                 Ok(())
             }
@@ -484,7 +485,7 @@ impl<C: Chip> Map for Controller<C> {
     }
 
     fn write_bit(&mut self, address: u16, on: bool) -> Result<(), Exception> {
-        if self.set_output(address + 1, on) { Ok(()) } else { Err(Exception::IllegalAddress) }
+        if self.command_output(address + 1, on) { Ok(()) } else { Err(Exception::IllegalAddress) }
     }
 
     fn written(&mut self, address: u16) -> Result<(), Exception> {

@@ -14,8 +14,9 @@
 //! come before and half after. Nothing has to be known of the speed, so overrides, ramps and pauses keep place and action
 //! together. So that a mark is there in time, the engine is to hold as much more as the longest lead ([`Actions::ahead`]).
 //!
-//! A lag, and the length of a pulse, are counted in milliseconds, in a pause too. A list that is full lets the program
-//! wait, and with it the path slows down on its ramps; actions at one place are carried out in the order of their
+//! A lag, and the length of a pulse, are counted in milliseconds, in a pause too; but a pulse that the pause keeps off
+//! goes on after it. Each output has one pulse at most that lasts: the newest command on it counts. A list that is full
+//! lets the program wait, and with it the path slows down on its ramps; actions at one place are carried out in the order of their
 //! statements, each at the pins before the next.
 
 /// Actions that are known.
@@ -24,6 +25,8 @@ pub const ROOM: usize = 6;
 pub const MOST_LEAD: i32 = lang::part::SYNC_LEAD_MS;
 /// Longest lag and longest pulse, ms.
 pub const MOST_MS: i32 = lang::part::SYNC_MS;
+/// Longest lead or lag along the path, um.
+pub const MOST_WAY: i32 = lang::part::SYNC_WAY;
 /// Ticks of the step timer in a unit of [`super::queue::time`].
 pub const UNIT: u16 = 256;
 /// So many units before its mark an action is due: half a pass of the main loop.
@@ -72,6 +75,11 @@ impl Action {
     /// Number of the output, from 1.
     pub fn output(&self) -> u8 {
         self.what & !ON
+    }
+
+    /// The same as a bit: number n is bit n - 1.
+    pub fn bit(&self) -> u16 {
+        1 << (self.output().wrapping_sub(1) & 15)
     }
 
     /// It goes on.
@@ -251,15 +259,37 @@ impl Actions {
         })
     }
 
+    /// Outputs, number n in bit n - 1, are switched by something else from now on: the ends of pulses that last there are
+    /// forgotten.
+    #[inline(never)]
+    pub fn take_over(&mut self, outputs: u16) {
+        let mut n = self.count;
+        while n != 0 {
+            n -= 1;
+            let action = &self.list[usize::from(n)];
+            if action.waits == Waits::Pulse && outputs & action.bit() != 0 {
+                self.remove(n.into());
+            }
+        }
+    }
+
+    /// The newest command on an output counts: a pulse that lasts there is forgotten.
     #[inline(never)]
     fn carry_out(&mut self, n: usize) -> Action {
         let action = self.list[n];
-        if action.pulse != 0 && action.is_on() {
-            self.list[n].what &= !ON;
-            self.list[n].at = action.pulse.into();
-            self.list[n].waits = Waits::Pulse;
-        } else {
-            self.remove(n);
+        self.remove(n);
+        self.take_over(action.bit());
+        if action.pulse != 0
+            && action.is_on()
+            && let Some(free) = self.list.get_mut(usize::from(self.count))
+        {
+            *free = Action {
+                what: action.output(),
+                at: action.pulse.into(),
+                waits: Waits::Pulse,
+                ..action
+            };
+            self.count += 1;
         }
         action
     }
@@ -272,10 +302,15 @@ impl Actions {
         }
     }
 
-    /// A millisecond of lags and pulses.
-    pub fn tick(&mut self) {
+    /// A millisecond of lags and pulses. Pulses of the outputs `held`, number n in bit n - 1, wait: a pause keeps them off.
+    pub fn tick(&mut self, held: u16) {
         for action in self.known() {
-            if matches!(action.waits, Waits::Lag | Waits::Pulse) && action.at != 0 {
+            let counts = match action.waits {
+                Waits::Lag => true,
+                Waits::Pulse => held & action.bit() == 0,
+                _ => false,
+            };
+            if counts && action.at != 0 {
                 action.at -= 1;
             }
         }
@@ -286,7 +321,7 @@ impl Actions {
         let mut on = 0;
         for action in self.known() {
             if action.waits == Waits::Pulse {
-                on |= 1 << (action.output().wrapping_sub(1) & 15);
+                on |= action.bit();
             }
         }
         self.count = 0;
@@ -362,7 +397,7 @@ mod tests {
         assert!(actions.flush(None).is_none());
         let mut seen = Vec::new();
         for ms in 1..=8 {
-            actions.tick();
+            actions.tick(0);
             while let Some(action) = actions.take_due(100) {
                 seen.push((ms, action.is_on()));
             }
@@ -392,6 +427,42 @@ mod tests {
         assert!(actions.flush(Some(1000)).is_some() && actions.flush(Some(1000)).is_some());
         assert!(actions.flush(Some(1000)).is_none() && actions.all_lie_beyond(1000));
         assert!(actions.take_off().is_some() && actions.take_off().is_none());
+    }
+
+    #[test]
+    fn the_newest_command_on_an_output_counts() {
+        let mut actions = Actions::default();
+        let pulse = |n, ms| Action { pulse: ms, ..Action::new(n, true) };
+        for (n, ms) in [(3, 5), (4, 5), (3, 9)] {
+            actions.add(pulse(n, ms), 0, None);
+            assert!(actions.flush(None).is_some_and(|own| own.is_on()));
+        }
+        let mut ends = Vec::new();
+        for ms in 1..=5 {
+            actions.tick(0);
+            while let Some(own) = actions.take_due(100) {
+                ends.push((ms, own.output(), own.is_on()));
+            }
+        }
+        assert_eq!(ends, [(5, 4, false)], "output 3 stays on for 9 ms");
+        actions.tick(1 << 2);
+        actions.take_over(1 << 3);
+        assert!(!actions.is_empty(), "of another output");
+        actions.take_over(1 << 2);
+        assert!(actions.is_empty());
+    }
+
+    #[test]
+    fn what_a_pause_keeps_off_has_its_length_after_it() {
+        let mut actions = Actions::default();
+        actions.add(Action { pulse: 2, ..Action::new(3, true) }, 0, None);
+        assert!(actions.flush(None).is_some());
+        let mut ends = Vec::new();
+        for (ms, held) in [(1, 1 << 2), (2, 1 << 2), (3, 1 << 3), (4, 0)] {
+            actions.tick(held);
+            ends.extend(actions.take_due(100).map(|_| ms));
+        }
+        assert_eq!(ends, [4]);
     }
 
     #[test]
