@@ -361,9 +361,13 @@ impl<C: Chip> Map for Controller<C> {
                     Err(Exception::IllegalValue)
                 }
             }
-            // What somebody has stopped does not go on.
-            JOG_HOLD if value == JOG_GOES_ON && self.command.hold == 0 => Err(Exception::Busy),
             JOG_HOLD => {
+                // What has been stopped does not go on, and nothing moves that a bound would end.
+                if value == JOG_GOES_ON && self.command.hold == 0
+                    || value != 0 && self.motor.moving() == 0
+                {
+                    return Err(Exception::Busy);
+                }
                 self.command.hold = if value == 0 { 0 } else { JOG_HOLD_MS };
                 Ok(())
             }

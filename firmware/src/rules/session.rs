@@ -96,7 +96,12 @@ pub fn pause(m: &mut impl Runs) {
     if m.executes() {
         m.set_state(STOPPING);
         m.brake_to_pause();
+        return;
     }
+    if m.is_active() {
+        return;
+    }
+    end_commands(m);
 }
 
 /// Ends the run on a ramp.
@@ -104,7 +109,18 @@ pub fn pause(m: &mut impl Runs) {
 pub fn stop(m: &mut impl Runs) {
     if m.is_active() {
         finish(m, STOPPED);
+        return;
     }
+    end_commands(m);
+}
+
+/// Without a run, what commands move comes to rest on its ramp.
+fn end_commands(m: &mut impl Runs) {
+    m.give_up();
+    if m.rests() {
+        return;
+    }
+    m.brake_all();
 }
 
 /// Ends the active run as an [`End`] says.
