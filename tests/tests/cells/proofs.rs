@@ -1,7 +1,6 @@
 //! Proof by variation.
 
 use cell::vary::Deviation;
-use pasapas::board::F5529;
 use pasapas::scene::proof::{self, Case, Class, Plan, Proof};
 use pasapas::sim::Options;
 use pasapas::sim::world::World;
@@ -31,7 +30,6 @@ fn with_script<T>(text: &str, with: impl FnOnce(&Case<'_>) -> T) -> T {
     let case = Case {
         program: &program,
         compiled: &compiled,
-        build: &F5529,
         world: &world,
         scene: &scene,
         options: &options,
