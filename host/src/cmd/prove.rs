@@ -113,7 +113,7 @@ impl Prove {
         let world = world::load(self.world.as_deref(), World::unattended(), console)?;
         let compiled = script::compile_for_device(&script, console)?;
         let part = Choice { part: Some(&crate::board::F5529) };
-        let (compiled, build) = part.fit(&mut script, compiled, console)?;
+        let (compiled, _) = part.fit(&mut script, compiled, console)?;
         interrupt::watch();
         let options = sim::Options {
             record: false,
@@ -124,7 +124,6 @@ impl Prove {
         let case = Case {
             program: &script.program,
             compiled: &compiled,
-            build,
             world: &world,
             scene: &scene,
             options: &options,

@@ -172,7 +172,7 @@ impl Sim {
         }
         let notes = outcome.unattended.notes(&script.program, |line| script.line_of_file(line));
         let to_stderr = self.trace.as_deref() == Some("-");
-        let whose = (self.name(&world), &self.part.or_default().part);
+        let whose = (self.engine.name(), &self.part.or_default().part);
         summary::write(&self.file, whose, &script.program, &outcome, &notes, to_stderr, console)?;
         if let Some(report) = &outcome.cell {
             self.cell_output.write(&self.file, report, to_stderr, console)?;
@@ -180,15 +180,6 @@ impl Sim {
         let rests = listener.borrow().rests;
         let file = others.file(outcome.program).unwrap_or(&self.file);
         verdict(file, &outcome, &script.program.profile, &rests, console)
-    }
-
-    /// The engine that runs it.
-    fn name(&self, world: &World) -> &'static str {
-        match self.engine {
-            // With a cell around it a script runs on the native machine, whatever translates it without one.
-            Engine::Rhai if world.scene().is_some() => Engine::Vm.name(),
-            engine => engine.name(),
-        }
     }
 
     /// Options that ask for something that only a cell gives.
@@ -250,10 +241,12 @@ impl Sim {
         };
         let part = Choice { part: Some(self.part.or_default()) };
         let engine = match self.engine {
-            // The native machine has pins for a cell to hang on.
-            Engine::Rhai | Engine::Vm if world.scene().is_some() => {
-                let scene = (world, None, true);
-                return board_run::run(script, others, part, scene, &options, sink, console);
+            // The model of the small chip has no pins for a cell to hang on.
+            Engine::Rhai | Engine::Vm
+                if world.scene().is_some() && !self.part.or_default().part.look_ahead =>
+            {
+                let text = "without an emulator a cell stands around the f5529: `--engine board` has other parts";
+                return Err(Failure::Usage(text.to_owned()));
             }
             Engine::Rhai => sim::Engine::Rhai,
             Engine::Vm => sim::Engine::Vm,

@@ -3,7 +3,7 @@
 
 use super::{Action, Cell, Timer};
 use crate::scene::ToolKind;
-use crate::things::Where;
+use crate::things::{self, Where};
 use crate::vary::Deviation;
 
 /// A button is pressed for so long, us.
@@ -97,6 +97,10 @@ impl Cell {
             ("lost", Some(which)) => {
                 self.struck.lost.insert(which, us.unwrap_or(LOST_US));
             }
+            ("double", Some(which)) => {
+                self.struck.double.insert(which);
+            }
+            ("gone", _) => self.timers.push((at_us, Timer::Act(Action::Gone))),
             ("slow", _) if self.scene.tools.iter().any(|tool| tool.name == *of) => {
                 self.struck.slow_us = us.unwrap_or(0);
             }
@@ -130,6 +134,21 @@ impl Cell {
             }
             _ => {}
         }
+    }
+
+    /// A thing that was taken brings a second one of its kind, which hangs under it.
+    pub(super) fn doubles(&mut self, which: usize) {
+        let Where::Held(offset) = self.things[which].place else { return };
+        if !self.struck.double.remove(&which) {
+            return;
+        }
+        let thing = &self.things[which];
+        let below = [offset[0], offset[1], offset[2] - thing.form.size[2]];
+        let name = format!("{}{}", thing.name, things::TWIN);
+        let mut twin = things::thing(name, thing.part, None, thing.form, Where::Held(below));
+        twin.home = Where::Gone;
+        self.struck.twins.insert(which, self.things.len());
+        self.things.push(twin);
     }
 
     /// The input that a sensor or a tool drives.

@@ -62,6 +62,7 @@ impl Native {
                 HostDeed::Register(register, value) => {
                     self.scene.scenario.write_register(register, value);
                 }
+                HostDeed::Gone => self.scene.scenario.end_client(),
                 HostDeed::Stall(axis, steps) => {
                     self.scene.stall(axis, steps, &mut self.board.plant_mut());
                 }
