@@ -117,9 +117,6 @@ pub fn stop(m: &mut impl Runs) {
 /// Without a run, what commands move comes to rest on its ramp.
 fn end_commands(m: &mut impl Runs) {
     m.give_up();
-    if m.rests() {
-        return;
-    }
     m.brake_all();
 }
 
