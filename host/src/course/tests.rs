@@ -224,7 +224,7 @@ fn ctrl_c_ends_the_search_for_slow_points() {
 #[ignore = "asks for the end of its process"]
 fn lines_rest_once_the_end_is_asked_for() {
     let (program, compiled) =
-        program("G90\nG0 X0 Y0\nG91\nF3000\nREPEAT 100\nG1 X1\nG1 Y1\nEND REPEAT\n");
+        program("G90\nG0 X0 Y0\nG91\nF3000\nREPEAT 100\nG1 X1\nG1 X1 Y0.05\nEND REPEAT\n");
     let pace = Pace::of(&PART, program.profile.pulse_us).expect("one");
     let lines = walk::walk(&program, &compiled).expect("an image").courses.remove(0);
     let before = Bounds::of(&lines, &program, &pace);
