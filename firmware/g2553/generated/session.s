@@ -9,15 +9,10 @@ emergency_input:
     IF_IS WATCH, TRIPPED&255, run_emergency
     DO emergency_now
     IF_NOT_EQUAL run_emergency
-.Lsession_m5:
+.Lsession_m6:
     RETURN
 .Lsession_9:
     BITS_ON RUN_FLAGS, R_RESTART
-    RETURN
-.Lsession_6:
-    IF_IS_NOT RUN, RUN_PAUSED, .Lsession_10
-.Lsession_m4:
-    DO run_start
     RETURN
     .balign 2, 0
     .global control
@@ -33,8 +28,13 @@ control:
     TO .Lsession_8
     TO .Lsession_9
     PLACES_END
+.Lsession_6:
+    IF_IS_NOT RUN, RUN_PAUSED, .Lsession_10
+.Lsession_m5:
+    DO run_start
+    RETURN
 .Lsession_8:
-    IF_IS RUN, RUN_FAULT, .Lsession_m4
+    IF_IS RUN, RUN_FAULT, .Lsession_m5
 .Lsession_10:
     RETURN
     .balign 2, 0
@@ -42,13 +42,11 @@ control:
 run_pause:
     MICRO
 .Lsession_run_pause:
-    IF_IS_NOT RUN, RUN_RUNNING, .Lsession_13
+    IF_IS_NOT RUN, RUN_RUNNING, run_end_commands
     LET RUN, 6
     F clear SPIN
     BITS_ON MOTION, M_PAUSE
-    RETURN
-.Lsession_13:
-    IF_NONE RUN, RUN_ACTIVE, run_end_commands
+.Lsession_m0:
     RETURN
     .balign 2, 0
     .global run_stop
@@ -57,16 +55,15 @@ run_stop:
 .Lsession_run_stop:
     IF_NONE RUN, RUN_ACTIVE, run_end_commands
     LIT 2
-    CALL run_finish
-    RETURN
-run_end_commands:
-    DO abandon
-    DO motion_stop
-    RETURN
     .global run_finish
     ROUTINE_ODD run_finish, module.rules.session
     PUT ENDING
     LET RUN, 6
+    DO motion_stop
+    RETURN
+run_end_commands:
+    IF_ANY RUN, RUN_ACTIVE, .Lsession_m0
+    DO abandon
     DO motion_stop
     RETURN
 fx_end:
@@ -84,7 +81,7 @@ run_emergency:
     PUT FAULT_IN
     LIT F_EMERGENCY_STOP
     DO fail
-    IF_IS_NOT RUN, RUN_FAULT, .Lsession_m5
+    IF_IS_NOT RUN, RUN_FAULT, .Lsession_m6
     F clear EFFECT
     RETURN
     .balign 2, 0
@@ -96,43 +93,43 @@ fail:
     F word EFFECT_PC
     F put VM_FAULT_PC
     .if HAS_COURSES
-    IF_NONE MOTION, M_NEXT, .Lsession_18
+    IF_NONE MOTION, M_NEXT, .Lsession_19
     LIT 0
     F store LEFT
     .endif
-.Lsession_18:
+.Lsession_19:
     LIT 3
     IF_ANY RUN, RUN_ACTIVE, run_finish
     LET RUN, 4
-.Lsession_20:
-.Lsession_m0:
+.Lsession_21:
+.Lsession_m1:
     RETURN
     .balign 2, 0
     .global run_start
 run_start:
     MICRO
 .Lsession_run_start:
-    IF_ANY BUTTON, P1_STOP, .Lsession_20
+    IF_ANY BUTTON, P1_STOP, .Lsession_21
     DO blocking
-    IF_NOT_EQUAL .Lsession_m0
+    IF_NOT_EQUAL .Lsession_m1
     IF_IS RUN, RUN_PAUSED, run_resume
-    IF_IS_NOT RUN, RUN_FAULT, .Lsession_22
+    IF_IS_NOT RUN, RUN_FAULT, .Lsession_23
     LET RUN, 0
     F word STORED
-    IF_EQUAL .Lsession_23
+    IF_EQUAL .Lsession_24
     UP RUN
-.Lsession_23:
 .Lsession_24:
-.Lsession_m1:
+.Lsession_25:
+.Lsession_m2:
     RETURN
-.Lsession_22:
+.Lsession_23:
     BITS_OFF RUN_FLAGS, R_WAITING
-    IF_IS_NOT RUN, RUN_READY, .Lsession_24
-    IF_SET MOVING, .Lsession_m1
+    IF_IS_NOT RUN, RUN_READY, .Lsession_25
+    IF_SET MOVING, .Lsession_m2
 run_begin:
     CALL program_attach
     F word VM_CODE
-    IF_NOT_EQUAL .Lsession_25
+    IF_NOT_EQUAL .Lsession_26
     LIT F_IMAGE_REFUSED
     GOTO .Lsession_fail
 run_resume:
@@ -144,54 +141,54 @@ run_resume:
     F put OUTPUT
     LIT 1
     F put SPIN
-    IF_SET TEMP, .Lsession_m6
+    IF_SET TEMP, .Lsession_m7
     PROFILE B_SPINDLE
     DO output
-    IF_EQUAL .Lsession_m6
+    IF_EQUAL .Lsession_m7
     F base BOARD
     FR word B_SPIN_UP, SHORT
     F add SPIN
     F put SPIN
-.Lsession_m6:
 .Lsession_m7:
+.Lsession_m8:
     RETURN
     .balign 2, 0
     .global run_stopping
 run_stopping:
     MICRO
     DO motion_rests
-    IF_EQUAL .Lsession_29
+    IF_EQUAL .Lsession_30
     .if HAS_COURSES
-    IF_ANY MOTION, M_THROUGH, .Lsession_31
+    IF_ANY MOTION, M_THROUGH, .Lsession_32
     .endif
     GET EFFECT
     ADDI -OP_PROBE
     CMPI OP_HOME_QUERY-OP_PROBE+1
-    IF_CARRY .Lsession_m7
-.Lsession_31:
+    IF_CARRY .Lsession_m8
+.Lsession_32:
     END
     jmp run_goes
-.Lsession_29:
-    IF_ZERO ENDING, .Lsession_32
+.Lsession_30:
+    IF_ZERO ENDING, .Lsession_33
     LIT B_AT_END
-    IF_IS_NOT ENDING, END_FAULT, .Lsession_33
+    IF_IS_NOT ENDING, END_FAULT, .Lsession_34
     LIT B_AT_FAULT
-.Lsession_33:
+.Lsession_34:
     DO output_states
-    IF_ANY TRACING, T_FULL, .Lsession_m7
-.Lsession_32:
-    IF_SET LINE_STATE, .Lsession_m7
+    IF_ANY TRACING, T_FULL, .Lsession_m8
+.Lsession_33:
+    IF_SET LINE_STATE, .Lsession_m8
     CALL keep_save
-    IF_SET ENDING, .Lsession_m2
+    IF_SET ENDING, .Lsession_m3
     F word OUTPUT
     F put RESUME_OUTPUT
     LIT B_AT_PAUSE
     DO output_states
     LET RUN, 3
     RETURN
-.Lsession_m2:
+.Lsession_m3:
     GOTO run_ended
-.Lsession_25:
+.Lsession_26:
     CALL clear_run
     F put VM_SP
     F put VM_BASE
@@ -209,13 +206,13 @@ run_stopping:
     .if HAS_COURSES
     FR word SLOT_HEAD+IMAGE_CODE-MACHINE_SIZE+MC_FLAGS, SHORT
     TESTI MC_COURSES
-    IF_EQUAL .Lsession_26
+    IF_EQUAL .Lsession_27
     BITS_ON RUN_FLAGS, R_COURSES
     LIT16 COURSE
     F put VM_SP
     F put VM_BASE
     .endif
-.Lsession_26:
+.Lsession_27:
     CALL keep_load
     LIT16 RUNS_MARK
     F put RUNNING
@@ -227,10 +224,10 @@ run_stopping:
     .endif
     BITS_OFF TRACING, ~(T_ON|T_HEARD|T_LOCKED)&0xff
     .if HAS_HALTS
-    IF_NONE TRACING, T_ON, .Lsession_27
+    IF_NONE TRACING, T_ON, .Lsession_28
     BITS_ON TRACING, T_FULL
     .endif
-.Lsession_27:
+.Lsession_28:
     END
     /* for an observer of the chip */
     .global run_begun
@@ -249,13 +246,13 @@ run_ended:
     .endif
     F clear OPEN
     F clear RUNNING
-    CASE_NOT 3, .Lsession_37
+    CASE_NOT 3, .Lsession_38
     LET RUN, 4
     CALL fault_log
-    GOTO .Lsession_38
-.Lsession_37:
-    LET VM_FAULT, 0
+    GOTO .Lsession_39
 .Lsession_38:
+    LET VM_FAULT, 0
+.Lsession_39:
     GET VM_FAULT
     EVENT TRACE_END
     F clear EFFECT

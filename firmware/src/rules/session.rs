@@ -98,9 +98,6 @@ pub fn pause(m: &mut impl Runs) {
         m.brake_to_pause();
         return;
     }
-    if m.is_active() {
-        return;
-    }
     end_commands(m);
 }
 
@@ -109,13 +106,16 @@ pub fn pause(m: &mut impl Runs) {
 pub fn stop(m: &mut impl Runs) {
     if m.is_active() {
         finish(m, STOPPED);
-        return;
+    } else {
+        end_commands(m);
     }
-    end_commands(m);
 }
 
 /// Without a run, what commands move comes to rest on its ramp.
 fn end_commands(m: &mut impl Runs) {
+    if m.is_active() {
+        return;
+    }
     m.give_up();
     m.brake_all();
 }

@@ -101,7 +101,7 @@ macro_rules! register_rows {
                 RESET_CAUSE: OWN + 11;
                 /// Bytes of stack never used since reset.
                 STACK_FREE: OWN + 12;
-                /// Milliseconds that were served more than 2 ms late since reset.
+                /// Milliseconds that were served more than 2 ms late since reset. G2553: those are in the low byte, modulo 256; in the high byte is the low byte of [`RUN_COUNT`] in the last run that ended with F14 because a line of a path came too late, 0 for none.
                 MISSED_DEADLINES: OWN + 13;
                 /// Free RAM words of the largest pool, in 16-bit words.
                 POOL_WORDS_REGISTER: OWN + 14;
