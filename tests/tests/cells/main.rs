@@ -230,7 +230,6 @@ fn every_engine_sees_the_same_cell() {
 }
 
 mod beside;
-mod broken;
 mod examples;
 mod generated;
 mod played;
