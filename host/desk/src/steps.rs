@@ -69,7 +69,10 @@ impl Play<'_> {
         let end = self.plant.due().map_or(end, |due| end.min(due / state.unit));
         let Some(last) = end.checked_sub(pulse) else { return false };
         let until = last << 16 | 0xFFFF;
-        if !self.engine.may_rush(until) || self.plant.is_observed() || pulse * state.unit < limits.pulse {
+        if !self.engine.may_rush(until)
+            || self.plant.is_observed()
+            || pulse * state.unit < limits.pulse
+        {
             return false;
         }
         let guard = state.guard.get();

@@ -231,6 +231,7 @@ fn every_engine_sees_the_same_cell() {
 
 mod beside;
 mod examples;
+mod faults;
 mod generated;
 mod played;
 mod proofs;
