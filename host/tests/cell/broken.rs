@@ -105,10 +105,10 @@ const MISTAKES: &[Mistake] = &[
         "tray.2: never taken",
     ),
     (
-        "the output is left on: the end of the program lets the part fall",
+        "the output is left on: the part still hangs when the program ends",
         ["SetOut pump, OFF\nWaitIn held, OFF, 500ms\n", ""],
         SAME,
-        "tray.1 fell 13.00 mm",
+        "nothing_held: wanted nothing, was tray.1",
     ),
     ("a wrong offset: the nozzle is not above the part", ["G0 X20 Y30", "G0 X23 Y30"], SAME, "F13"),
     ("a wrong offset: beside the place", ["G0 X60 Y60", "G0 X70 Y60"], SAME, "tray.1 fell "),
