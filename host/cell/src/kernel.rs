@@ -42,6 +42,8 @@ pub enum Action {
     Pause(bool),
     /// The safety door is open.
     Door(bool),
+    /// Who has closed the safety door presses Start.
+    Resume(bool),
     /// A panel writes a register of an AT variable.
     Register(u32, i32),
     /// The motor of an axis (X: 0) loses its next steps.

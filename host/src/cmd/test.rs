@@ -28,6 +28,9 @@ pub struct Test {
     /// Who runs them
     #[arg(long, value_enum, default_value_t = Engine::Vm)]
     engine: Engine,
+    /// Stop each run after so much simulated time, e.g. 500ms, 10min, 2h; without it after 24h
+    #[arg(long, value_name = "TIME", value_parser = super::sim::time)]
+    limit: Option<u64>,
     /// Write the results: JSON lines, or JUnit XML for continuous integration
     #[arg(long, value_name = "R.json|R.xml", value_parser = cell::report_file)]
     report: Option<String>,
@@ -178,8 +181,12 @@ impl Test {
         let events = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
         let sink = events.clone();
         let sink = Box::new(move |event: &Event| sink.borrow_mut().push(event.clone()));
-        let run =
-            sim::Options { interrupted: interrupt::asked, times: false, ..sim::Options::default() };
+        let run = sim::Options {
+            interrupted: interrupt::asked,
+            times: false,
+            limit_us: self.limit.unwrap_or(sim::DEFAULT_LIMIT_US),
+            ..sim::Options::default()
+        };
         let part = Choice { part: Some(crate::board::DEFAULT) };
         let outcome = match self.engine {
             Engine::Rhai | Engine::Vm => {

@@ -224,6 +224,8 @@ impl Live {
                     self.input(tick, n, open);
                 }
             }
+            // Without a door nothing has stopped that would go on.
+            Action::Resume(down) => self.reply.start = down && self.door.is_some(),
             Action::Gone => {
                 self.client_gone = true;
                 self.deeds.push(HostDeed::Gone);

@@ -10,6 +10,8 @@ use crate::vary::Deviation;
 const PRESS_US: u64 = 100_000;
 /// Who stops the machine holds Stop for so long, us: pressed for less than 2 s it only pauses.
 const STOP_US: u64 = 2_500_000;
+/// Who has closed the door presses Start so long after it, us.
+const RESUME_US: u64 = 500_000;
 /// A pause lasts so long where the deviation does not say, us.
 const PAUSE_US: u64 = 2_000_000;
 /// A part is lost so long after it was taken where the deviation does not say, us.
@@ -131,6 +133,11 @@ impl Cell {
                 self.timers.push((at_us, Timer::Act(make(true))));
                 let end = at_us + us.unwrap_or(least).max(least);
                 self.timers.push((end, Timer::Act(make(false))));
+                if what == "door" {
+                    let start = end + RESUME_US;
+                    self.timers.push((start, Timer::Act(Action::Resume(true))));
+                    self.timers.push((start + PRESS_US, Timer::Act(Action::Resume(false))));
+                }
             }
             _ => {}
         }
