@@ -196,7 +196,7 @@ fn each_message_names_thing_place_and_remedy() {
         (
             "part = [{ name = \"chip\", size = [8, 8, 4] }]\nfeeder = [{ name = \"tray\", kind = \"tray\", part = \"chip\", at = [20, 30, -26.4], count = [200, 100], pitch = [15, 15] }]\n",
             &[
-                "c:3:81: error[C004]: `count` of feeder \"tray\" makes 20000 parts of the scene; it has at most 10000",
+                "c:3:88: error[C004]: `count` of feeder \"tray\" makes 20000 parts of the scene; it has at most 10000",
             ],
         ),
         (
