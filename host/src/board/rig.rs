@@ -85,7 +85,7 @@ impl Rig {
     pub fn restore_flash(&mut self, content: &[u8]) -> Result<(), String> {
         self.board
             .set_flash_contents(content)
-            .map_err(|error| format!("it is no flash of this board: {error:?}"))?;
+            .map_err(|error| format!("it is no flash of this board: {error}"))?;
         self.board.power_cut();
         self.board.power_up();
         Ok(())

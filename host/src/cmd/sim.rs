@@ -173,12 +173,13 @@ impl Sim {
         let notes = outcome.unattended.notes(&script.program, |line| script.line_of_file(line));
         let to_stderr = self.trace.as_deref() == Some("-");
         let whose = (self.engine.name(), &self.part.or_default().part);
-        summary::write(&self.file, whose, &script.program, &outcome, &notes, to_stderr, console)?;
+        // The line is one of the program that ended, which a RUN may have begun.
+        let file = others.file(outcome.program).unwrap_or(&self.file);
+        summary::write(file, whose, &script.program, &outcome, &notes, to_stderr, console)?;
         if let Some(report) = &outcome.cell {
             self.cell_output.write(&self.file, report, to_stderr, console)?;
         }
         let rests = listener.borrow().rests;
-        let file = others.file(outcome.program).unwrap_or(&self.file);
         verdict(file, &outcome, &script.program.profile, &rests, console)
     }
 
