@@ -42,6 +42,57 @@ fn a_layer_becomes_a_job_that_gives_its_dots_on_two_machines() {
     }
 }
 
+/// The valve is open along the bead: from its begin until the thread before its end, on the desktop and on the
+/// board, on two machines.
+#[test]
+fn a_long_pad_gets_a_bead_whose_valve_closes_on_the_way() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let layer = write(folder.path(), "a.gtp", LAYER);
+    let job = text(&folder.path().join("dots.bas")).to_owned();
+    let trace = text(&folder.path().join("run.trace")).to_owned();
+    // The second has other steps to the millimetre, and its numbers up.
+    let odd = include_str!("../../examples/profiles/charly.toml");
+    let odd = odd.replace("name = \"charly\"", "name = \"odd\"");
+    let odd =
+        odd.replace("scale = { steps = 400, um = 4000 }", "scale = { steps = 127, um = 1000 }");
+    let odd = write(folder.path(), "odd.toml", &odd);
+    for (profile, steps_per_mm, board, clearance) in
+        [("mill", 100.0, -30, 0), (&*odd, 127.0, 10, 70)]
+    {
+        let bead = "[bead]\nfrom = 2\nslowest = 2\nfastest = 30\nopens_ms = 15\nthread = 0.5\n";
+        let file = NEEDLE.replace("board = -30", &format!("board = {board}"));
+        let file = file.replace("clearance = 0", &format!("clearance = {clearance}")) + bead;
+        let needle = write(folder.path(), "needle.toml", &file);
+        let args = ["paste", &layer, "--needle", &needle, "--profile", profile, "-o", &job];
+        let (code, said) = pasapas(&[&args[..], &["--at", "50.8,50.8=100,60"]].concat());
+        assert_eq!(code, 0, "{said}");
+        assert!(said.contains("4 dots and 1 bead on 3 pads"), "{said}");
+        for engine in ["vm", "rhai", "board"] {
+            let (code, said) = pasapas(&["sim", &job, "--engine", engine, "--trace", &trace]);
+            assert_eq!(code, 0, "{said}");
+            let lines = std::fs::read_to_string(&trace).expect("a trace");
+            let events: Vec<serde_json::Value> =
+                lines.lines().map(|line| serde_json::from_str(line).expect("an event")).collect();
+            let shut = events.iter().position(|event| event["sync"] == true).expect("it closes");
+            let line = events[..shut].iter().rposition(|event| event["kind"] == "line");
+            let line = line.expect("a bead");
+            let on = &events[line - 2];
+            assert_eq!(
+                (&on["ev"], &on["n"], &on["v"]),
+                (&"out".into(), &3.into(), &1.into()),
+                "{on}"
+            );
+            let waited = (events[line]["us"].as_u64()).zip(on["us"].as_u64()).map(|(a, b)| a - b);
+            assert!(waited.is_some_and(|us| (15_000..16_000).contains(&us)), "{waited:?}");
+            let y =
+                |event: &serde_json::Value, key: &str| event[key]["Y"].as_f64().expect("a place");
+            let left = (y(&events[line], "to") - y(&events[shut], "pos")).abs();
+            // Within a millisecond of its place.
+            assert!((left / steps_per_mm - 0.5).abs() < 0.05, "{profile}, {engine}: {left} steps");
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_given_is_told_with_its_remedy_and_nothing_is_written() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,10 +1,11 @@
-//! Paste and glue: a Gerber paste layer or a list of pads becomes a job of dots.
+//! Paste and glue: a Gerber paste layer or a list of pads becomes a job of dots and beads.
 //!
 //! [`gerber`] and [`list`] read files into outlines, [`pads`] finds the pads that they cover,
-//! [`dots`] spreads dots over each and orders them, [`job`] writes the script. Lengths are in mm
+//! [`dots`] spreads dots over each and orders them, [`beads`] draws lines on the long ones, [`job`] writes the script. Lengths are in mm
 //! throughout.
 
 mod aperture;
+pub mod beads;
 pub mod dots;
 mod gerber;
 pub mod job;

@@ -7,7 +7,9 @@ use clap::{Args, ValueEnum};
 use lang::profile::Profile;
 use serde_json::json;
 use shop::Wrong;
+use shop::paste::beads::{self, Bead};
 use shop::paste::dots::{self, Dot};
+use shop::paste::job::Given;
 use shop::paste::needle::Needle;
 use shop::paste::pads::{Pad, pads};
 use shop::paste::{self, Layer, Side, job};
@@ -21,6 +23,8 @@ use crate::render::Note;
 
 /// Parts of a dot's area below which a pad gets too much.
 const SMALL: f64 = 0.6;
+/// By how much of it a bead may miss what the stencil would give.
+const FAIR: f64 = 0.2;
 /// Small pads that are named.
 const MOST_NAMED: usize = 10;
 
@@ -82,15 +86,15 @@ impl Paste {
             console.complain("the bottom lies upward: X is mirrored");
         }
         let onto = self.frame(bottom)?;
-        let found = self.dots(&pads, &needle, bottom, &onto, &profile, console)?;
-        let text =
-            job::script(&found, &pads, &needle, &profile, &self.file).map_err(Failure::Usage)?;
+        let (dots, beads) = self.places(&pads, &needle, bottom, &onto, &profile, console)?;
+        let given = Given { dots: &dots, beads: &beads, pads: &pads };
+        let text = job::script(given, &needle, &profile, &self.file).map_err(Failure::Usage)?;
         match &self.output {
             Some(path) => output::write(path, text.as_bytes())?,
             None => console.result(&text)?,
         }
-        self.small(&pads, &needle, console)?;
-        self.tell(&pads, &found, &needle, &onto, console)
+        self.small(given, &needle, console)?;
+        self.tell(given, &needle, &onto, console)
     }
 
     fn layer(&self, console: &Console) -> Result<Layer, Failure> {
@@ -138,8 +142,8 @@ impl Paste {
         onto(&marks).map_err(Failure::Usage)
     }
 
-    /// The dots on the machine, in their order.
-    fn dots(
+    /// Dots and beads on the machine, in their order.
+    fn places(
         &self,
         pads: &[Pad],
         needle: &Needle,
@@ -147,47 +151,75 @@ impl Paste {
         onto: &Onto,
         profile: &Profile,
         console: &Console,
-    ) -> Result<Vec<Dot>, Failure> {
-        let count: usize = pads.iter().map(|pad| dots::count(pad, needle.area())).sum();
+    ) -> Result<(Vec<Dot>, Vec<Bead>), Failure> {
+        let line = |pad: &Pad| needle.bead.as_ref().and_then(|asked| beads::line(pad, asked));
+        let lines: Vec<_> = pads.iter().map(line).collect();
+        let counts = pads.iter().zip(&lines).map(|(pad, line)| match line {
+            Some(_) => 1,
+            None => dots::count(pad, needle.area()),
+        });
+        let count: usize = counts.sum();
         if count > dots::MOST {
-            let words = format!("{count} dots; a job has at most {}", dots::MOST);
+            let words = format!("{count} dots and beads; a job has at most {}", dots::MOST);
             let wrong = Wrong::new(1, words, "a needle with larger dots, or the layer in pieces");
             return Err(console.refuse(&note(&self.file, "X035", &wrong)));
         }
-        let mut found = Vec::with_capacity(count);
         let mut outside = 0;
-        for (n, pad) in pads.iter().enumerate() {
-            for [x, y] in dots::spread(pad, dots::count(pad, needle.area())) {
-                let um = |mm: f64| (mm * 1000.0).round() as i64;
-                let at = onto.place([um(if bottom { -x } else { x }), um(y)]);
-                if let Some(words) = off(at, profile) {
-                    outside += 1;
-                    if outside <= MOST_NAMED {
-                        let words = format!("a dot of {} comes to {words}", called(pad));
-                        let hint = "--at X,Y=X,Y says where the board lies on the machine";
-                        console.note(&note(
-                            &self.file,
-                            "X035",
-                            &Wrong::new(pad.line, words, hint),
-                        ))?;
-                    }
+        let mut place = |[x, y]: [f64; 2], pad: &Pad, what: &str| {
+            let um = |mm: f64| (mm * 1000.0).round() as i64;
+            let at = onto.place([um(if bottom { -x } else { x }), um(y)]);
+            if let Some(words) = off(at, profile) {
+                outside += 1;
+                if outside <= MOST_NAMED {
+                    let words = format!("a {what} of {} comes to {words}", called(pad));
+                    let hint = "--at X,Y=X,Y says where the board lies on the machine";
+                    let wrong = Wrong::new(pad.line, words, hint);
+                    console.note(&note(&self.file, "X035", &wrong))?;
                 }
-                found.push(Dot { at: at.map(|um| um as f64 / 1000.0), pad: n });
+            }
+            Ok::<_, Failure>(at.map(|um| um as f64 / 1000.0))
+        };
+        let (mut dots, mut beads) = (Vec::with_capacity(count), Vec::new());
+        for (n, (pad, line)) in pads.iter().zip(lines).enumerate() {
+            if let (Some([from, to]), Some(asked)) = (line, &needle.bead) {
+                let ends = [place(from, pad, "bead")?, place(to, pad, "bead")?];
+                beads.push(Bead { ends, speed: beads::speed(pad, ends, needle, asked), pad: n });
+                continue;
+            }
+            for at in dots::spread(pad, dots::count(pad, needle.area())) {
+                dots.push(Dot { at: place(at, pad, "dot")?, pad: n });
             }
         }
-        match outside {
-            0 => Ok(dots::order(found)),
-            n => {
-                console.complain(&format!("{n} of {count} dots lie outside of the travel"));
-                Err(Failure::Input)
-            }
+        if outside > 0 {
+            console.complain(&format!("{outside} of {count} lie outside of the travel"));
+            return Err(Failure::Input);
         }
+        let dots = dots::order(dots);
+        let last = dots.last().map_or([0.0; 2], |dot| dot.at);
+        Ok((dots, beads::order(beads, last)))
     }
 
-    /// Names the pads that get too much from one dot.
-    fn small(&self, pads: &[Pad], needle: &Needle, console: &Console) -> Result<(), Failure> {
-        let small = |pad: &&Pad| pad.area.is_some_and(|area| area < SMALL * needle.area());
-        let small: Vec<&Pad> = pads.iter().filter(small).collect();
+    /// Names the pads that get too much from one dot, and the beads that give too much or too little.
+    fn small(&self, given: Given<'_>, needle: &Needle, console: &Console) -> Result<(), Failure> {
+        let Given { pads, beads, .. } = given;
+        for bead in beads {
+            let (pad, part) = (&pads[bead.pad], beads::given(bead, &pads[bead.pad], needle));
+            if (1.0 - FAIR..=1.0 + FAIR).contains(&part) {
+                continue;
+            }
+            let words = format!("{}: its bead gives {:.0} %", called(pad), part * 100.0);
+            let hint = match part > 1.0 {
+                true => "a greater `fastest`, or less pressure and a greater `ms`",
+                false => "a smaller `slowest`, or more pressure and a smaller `ms`",
+            };
+            let wrong = Wrong::new(pad.line, words, hint).warning();
+            console.note(&note(&self.file, "X035", &wrong))?;
+        }
+        let dotted = |n: usize| beads.iter().all(|bead| bead.pad != n);
+        let pads: Vec<&Pad> =
+            pads.iter().enumerate().filter(|(n, _)| dotted(*n)).map(|(_, pad)| pad).collect();
+        let small = |pad: &&&Pad| pad.area.is_some_and(|area| area < SMALL * needle.area());
+        let small: Vec<&&Pad> = pads.iter().filter(small).collect();
         for pad in small.iter().take(MOST_NAMED) {
             let (area, dot) = (pad.area.unwrap_or_default(), needle.area());
             let words = format!("{}: {area:.2} mm2, and one dot is for {dot:.2} mm2", called(pad));
@@ -207,46 +239,58 @@ impl Paste {
     /// The table of what is given.
     fn tell(
         &self,
-        pads: &[Pad],
-        found: &[Dot],
+        given: Given<'_>,
         needle: &Needle,
         onto: &Onto,
         console: &Console,
     ) -> Result<(), Failure> {
-        let mut rows: BTreeMap<(i64, usize), usize> = BTreeMap::new();
-        for pad in pads {
-            let area = (pad.area.unwrap_or_default() * 100.0).round() as i64;
-            *rows.entry((area, dots::count(pad, needle.area()))).or_default() += 1;
+        let Given { dots, beads, pads } = given;
+        // By area, and how many dots it gets: 0 for a bead.
+        let mut rows: BTreeMap<(i64, usize), (usize, f64)> = BTreeMap::new();
+        for (n, pad) in pads.iter().enumerate() {
+            let own = pad.area.unwrap_or_default();
+            let (count, part) = match beads.iter().find(|bead| bead.pad == n) {
+                Some(bead) => (0, beads::given(bead, pad, needle)),
+                None => {
+                    let count = dots::count(pad, needle.area());
+                    (count, count as f64 * needle.area() / own)
+                }
+            };
+            let row = rows.entry(((own * 100.0).round() as i64, count)).or_default();
+            *row = (row.0 + 1, part);
         }
         let wanted: f64 = pads.iter().filter_map(|pad| pad.area).sum();
-        let way = dots::way(found);
+        let way = dots::way(dots) + beads::way(beads);
         if console.json() {
             let rows: Vec<_> = rows
                 .iter()
-                .map(|((area, dots), pads)| {
-                    json!({ "area_mm2": *area as f64 / 100.0, "pads": pads, "dots": dots })
+                .map(|((area, dots), (pads, _))| {
+                    let area = *area as f64 / 100.0;
+                    json!({ "area_mm2": area, "pads": pads, "dots": dots, "bead": *dots == 0 })
                 })
                 .collect();
             return match &self.output {
                 Some(_) => console.json_line(&json!({
-                    "pads": pads.len(), "dots": found.len(), "rows": rows, "way_mm": way.round(),
+                    "pads": pads.len(), "dots": dots.len(), "beads": beads.len(), "rows": rows,
+                    "way_mm": way.round(),
                 })),
                 None => Ok(()),
             };
         }
         let mut text =
             format!("{:>9} {:>6} {:>10} {:>7}\n", "pad, mm2", "pads", "dots each", "given");
-        for ((area, dots), count) in &rows {
-            let area = *area as f64 / 100.0;
-            let given = match area > 0.0 {
-                true => format!("{:.0} %", 100.0 * *dots as f64 * needle.area() / area),
+        for ((area, count), (pads, part)) in &rows {
+            let each = if *count == 0 { "a bead".to_owned() } else { count.to_string() };
+            let part = match *area > 0 {
+                true => format!("{:.0} %", 100.0 * part),
                 false => "-".to_owned(),
             };
-            text += &format!("{area:>9.2} {count:>6} {dots:>10} {given:>7}\n");
+            let area = *area as f64 / 100.0;
+            text += &format!("{area:>9.2} {pads:>6} {each:>10} {part:>7}\n");
         }
         text += &format!(
-            "{} dots on {} pads of {wanted:.1} mm2, a dot for {:.2} mm2, way {:.2} m",
-            found.len(),
+            "{} on {} pads of {wanted:.1} mm2, a dot for {:.2} mm2, way {:.2} m",
+            job::counted(dots.len(), beads.len()),
             pads.len(),
             needle.area(),
             way / 1000.0

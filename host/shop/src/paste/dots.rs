@@ -65,7 +65,7 @@ fn middle(cells: &[Spot]) -> Option<Spot> {
 }
 
 /// Direction of a pad's longer side, and its length over its width.
-fn axis(pad: &Pad) -> (Spot, f64) {
+pub(super) fn axis(pad: &Pad) -> (Spot, f64) {
     let mut sums = [0.0; 3];
     for cell in &pad.cells {
         let [x, y] = [cell[0] - pad.at[0], cell[1] - pad.at[1]];

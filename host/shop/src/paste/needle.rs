@@ -47,7 +47,30 @@ pub struct Needle {
     pub touch: Option<[f64; 3]>,
     /// Input that is on while it touches.
     pub probe: Option<Terminal>,
+    /// Long pads get beads.
+    pub bead: Option<Bead>,
 }
+
+/// Lines of paste on the way. Lengths in mm, speeds in mm/s.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bead {
+    /// Length of the shortest pad that gets one.
+    pub from: f64,
+    /// Range of the needle's speed.
+    pub slowest: f64,
+    /// See `slowest`.
+    pub fastest: f64,
+    /// From the valve's signal to the first paste, ms.
+    #[serde(default)]
+    pub opens_ms: u32,
+    /// Paste that still comes when the valve has closed, as a length of the bead.
+    #[serde(default)]
+    pub thread: f64,
+}
+
+/// Longest time that a valve takes to open, ms.
+const LONGEST_OPENING: u32 = 1000;
 
 const fn lift() -> f64 {
     1.0
@@ -107,6 +130,9 @@ impl Needle {
         }
         if let Some(probe) = &self.probe {
             named("probe", input(profile, probe))?;
+        }
+        if let Some(bead) = &self.bead {
+            bead.check()?;
         }
         self.places(profile)
     }
@@ -176,5 +202,37 @@ impl Needle {
     /// Lowest Z of the machine, mm.
     pub(super) fn lowest(profile: &Profile) -> f64 {
         profile.axis(Axis::Z).map_or(0.0, |z| f64::from(z.min_um) / 1000.0)
+    }
+}
+
+impl Bead {
+    fn check(&self) -> Result<(), (&'static str, String, String)> {
+        for (key, value, least, most) in [
+            ("from", self.from, 0.1, 1000.0),
+            ("slowest", self.slowest, 0.1, 500.0),
+            ("fastest", self.fastest, 0.1, 500.0),
+            ("thread", self.thread, 0.0, 20.0),
+        ] {
+            if !(least..=most).contains(&value) {
+                return Err((
+                    key,
+                    format!("{key} is {value}"),
+                    format!("{key} is {least} to {most}"),
+                ));
+            }
+        }
+        if self.slowest > self.fastest {
+            let words = format!("slowest is {} and fastest is {}", self.slowest, self.fastest);
+            return Err(("slowest", words, "slowest is at most fastest".to_owned()));
+        }
+        if self.opens_ms > LONGEST_OPENING {
+            let words = format!("opens_ms is {}", self.opens_ms);
+            return Err(("opens_ms", words, format!("opens_ms is 0 to {LONGEST_OPENING}")));
+        }
+        if self.thread >= self.from {
+            let words = format!("thread is {} and from is {}", self.thread, self.from);
+            return Err(("thread", words, "thread is shorter than the shortest pad".to_owned()));
+        }
+        Ok(())
     }
 }

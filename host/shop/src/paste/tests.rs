@@ -3,7 +3,9 @@ use lang::front::{ProfileChoice, compile};
 use lang::profile::Profile;
 use proptest::prelude::*;
 
+use super::beads::{self, Bead};
 use super::dots::{self, Dot};
+use super::job::Given;
 use super::needle::Needle;
 use super::pads::{Pad, pads};
 use super::{Layer, Side, job, read};
@@ -34,7 +36,20 @@ fn spread(pads: &[Pad], area: f64) -> Vec<Dot> {
 
 fn script(text: &str, needle: &Needle) -> String {
     let pads = pads(&layer(text)).expect("pads");
-    job::script(&spread(&pads, needle.area()), &pads, needle, &mill(), "a.gtp").expect("a script")
+    let beads = beads_of(&pads, needle);
+    let single = |dot: &Dot| beads.iter().all(|bead| bead.pad != dot.pad);
+    let dots: Vec<Dot> = spread(&pads, needle.area()).into_iter().filter(single).collect();
+    let given = Given { dots: &dots, beads: &beads, pads: &pads };
+    job::script(given, needle, &mill(), "a.gtp").expect("a script")
+}
+
+fn beads_of(pads: &[Pad], needle: &Needle) -> Vec<Bead> {
+    let Some(asked) = &needle.bead else { return Vec::new() };
+    let of = |(n, pad): (usize, &Pad)| {
+        let ends = beads::line(pad, asked)?;
+        Some(Bead { ends, speed: beads::speed(pad, ends, needle, asked), pad: n })
+    };
+    beads::order(pads.iter().enumerate().filter_map(of).collect(), [0.0; 2])
 }
 
 fn image(text: &str) -> usize {
@@ -147,9 +162,49 @@ fn a_job_is_readable_compiles_and_is_small() {
     let pad = Pad { name: "R1".into(), line: 1, at: [0.0; 2], area: None, cells: vec![[0.0; 2]] };
     let at = |n: usize| [(n % 97) as f64 * 3.013, (n / 97) as f64 * 3.127];
     let dots: Vec<Dot> = (0..dots::MOST).map(|n| Dot { at: at(n), pad: 0 }).collect();
-    let text = job::script(&dots, &[pad], &needle(NEEDLE).expect("good"), &mill(), "a.gtp");
+    let given = Given { dots: &dots, beads: &[], pads: &[pad] };
+    let text = job::script(given, &needle(NEEDLE).expect("good"), &mill(), "a.gtp");
     let size = image(&text.expect("a script"));
     assert!(size < 32_000, "{size}");
+}
+
+const BEAD: &str = "[bead]\nfrom = 1.5\nslowest = 1\nfastest = 40\nopens_ms = 15\nthread = 0.3\n";
+
+/// Long narrow pads get a line along their middle at the speed that gives what the stencil would.
+#[test]
+fn long_pads_get_beads() {
+    let needle = needle(&format!("{NEEDLE}{BEAD}")).expect("good");
+    let list = "name,x (mm),y (mm),width,height,angle\nU1,10,10,3,0.5,0\nU2,20,10,0.5,3,0\n\
+                U3,30,10,3,0.5,30\nU4,40,10,3,2,0\nU5,50,10,1.4,0.3,0\n";
+    let pads = pads(&layer(list)).expect("pads");
+    let found = beads_of(&pads, &needle);
+    let told = |bead: &Bead| {
+        let [[ax, ay], [bx, by]] = bead.ends;
+        format!("{} {ax:.2},{ay:.2} {bx:.2},{by:.2} {:.1}", pads[bead.pad].name, bead.speed)
+    };
+    let told: Vec<String> = found.iter().map(told).collect();
+    // 1.5 mm2 of stencil in 2.5 mm at a flow of 0.4712 mm2 in 80 ms: 9.8 mm/s.
+    let wanted = [
+        "U1 8.76,10.00 11.24,10.00 9.8",
+        "U2 20.00,11.24 20.00,8.76 9.8",
+        "U3 28.92,9.37 31.08,10.63 9.8",
+    ];
+    assert_eq!(told, wanted);
+    for bead in &found {
+        assert!((beads::given(bead, &pads[bead.pad], &needle) - 1.0).abs() < 0.02);
+    }
+    let text = script(list, &needle);
+    insta::assert_snapshot!(text);
+    image(&text);
+}
+
+/// An angle, a ring and a pad that is cut get dots: a bead would lie beside them.
+#[test]
+fn bent_pads_get_dots() {
+    let needle = needle(&format!("{NEEDLE}{BEAD}")).expect("good");
+    let bent = "%FSLAX33Y33*%\n%MOMM*%\n%ADD10C,0.5*%\nD10*\nX0Y0D02*\nG01X6000D01*\nX6000Y2500D01*\nM02*\n";
+    let pads = pads(&layer(bent)).expect("pads");
+    assert_eq!((pads.len(), beads_of(&pads, &needle).len()), (1, 0));
 }
 
 #[test]
@@ -202,6 +257,34 @@ fn what_is_wrong_with_a_needle_is_told_by_key() {
         ("clearance = 0", "clearance = -30", 6, "lifts above the clearance", "above board"),
         ("suck_ms = 20", "purge = [1, 1]", 8, "purge and purge_ms go together", "purge_ms = 500"),
         ("suck_ms = 20", "purge_ms = 9\npurge = [1, 900]", 9, "at Y 900", "a place of the machine"),
+        (
+            "suck_ms = 20",
+            "[bead]\nfrom = 2\nslowest = 9\nfastest = 5",
+            10,
+            "slowest is 9",
+            "at most",
+        ),
+        (
+            "suck_ms = 20",
+            "[bead]\nfrom = 2\nslowest = 1\nfastest = 5\nopens_ms = 1001",
+            12,
+            "opens_ms is 1001",
+            "0 to 1000",
+        ),
+        (
+            "suck_ms = 20",
+            "[bead]\nfrom = 2\nslowest = 1\nfastest = 5\nthread = 2",
+            12,
+            "thread is 2",
+            "shorter",
+        ),
+        (
+            "suck_ms = 20",
+            "[bead]\nfrom = nan\nslowest = 1\nfastest = 5",
+            9,
+            "from is NaN",
+            "0.1 to 1000",
+        ),
         ("ms = 80", "ms = -80", 5, "invalid value: integer `-80`", "numbers as they are"),
     ] {
         let wrong = needle(&NEEDLE.replacen(from, to, 1)).expect_err(to);
