@@ -235,6 +235,12 @@ impl Cell {
         &self.log
     }
 
+    /// Whether something has collided in a scene that ends a run then.
+    #[must_use]
+    pub fn must_end(&self) -> bool {
+        !self.hits.is_empty() && self.scene.stop_on.iter().any(|class| class == "collision")
+    }
+
     /// The scene.
     #[must_use]
     pub fn scene(&self) -> &Scene {

@@ -44,6 +44,9 @@ impl Names for Placer {
     fn axes(&self) -> &str {
         "XYZ"
     }
+    fn with_role(&self, _: Port, _: &str) -> Option<u32> {
+        None
+    }
 }
 
 /// The same machine with the smaller chip.
@@ -76,6 +79,9 @@ impl Names for Small {
     }
     fn axes(&self) -> &str {
         "XYZ"
+    }
+    fn with_role(&self, _: Port, _: &str) -> Option<u32> {
+        None
     }
 }
 
@@ -431,7 +437,7 @@ fn a_fault_that_strikes_nobody_is_told() {
 #[test]
 fn a_deviation_that_strikes_nobody_is_refused() {
     let scene = scene(AROUND);
-    let told = |text: &str| strikes::deviation(&scene, "XYZ", &Deviation::parse(text).unwrap());
+    let told = |text: &str| strikes::deviation(&scene, &Placer, &Deviation::parse(text).unwrap());
     for (text, wanted) in [
         ("pause", "`pause` needs a time: write \"pause at 12.5s\""),
         ("stuck trey.1 9ms", "fault stuck names no "),

@@ -3,6 +3,7 @@
 use super::{Builder, us};
 use crate::pressure::MOST_MV;
 use crate::problem::Problem;
+use crate::read::Port;
 use crate::scene::{Block, Gripper, Tool, ToolKind, Vacuum};
 use crate::value::Entry;
 
@@ -60,7 +61,7 @@ impl Builder<'_> {
                 width: number("width"),
             },
             "probe" => ToolKind::Probe {
-                input: entry.port("input"),
+                input: entry.port("input").or_else(|| self.names.with_role(Port::Input, "probe")),
                 diameter: number("diameter"),
                 delay_us: number("delay_us") as u64,
             },
@@ -69,6 +70,7 @@ impl Builder<'_> {
         if let ToolKind::Vacuum(vacuum) = &kind {
             self.vacuum(entry, vacuum);
         }
+        let output = self.switched_by(entry, &word);
         let body = entry
             .rows("body")
             .iter()
@@ -81,9 +83,36 @@ impl Builder<'_> {
             number: number("number") as u32,
             tip: entry.numbers("tip").unwrap_or_default(),
             body,
-            output: entry.port("output"),
+            output,
             turn: entry.axis("turn"),
         });
+    }
+
+    /// The output that switches a tool: the one that the file names, else the one with the role that fits. A tool that
+    /// nothing switches does nothing.
+    fn switched_by(&mut self, entry: &Entry, word: &str) -> Option<u32> {
+        let roles: &[&str] = match word {
+            "drill" => &["spindle"],
+            "laser" => &["laser", "spindle"],
+            "probe" | "none" => return entry.port("output"),
+            _ => &[],
+        };
+        let by_role = || roles.iter().find_map(|role| self.names.with_role(Port::Output, role));
+        let output = entry.port("output").or_else(by_role);
+        if output.is_none() && !entry.has("output") {
+            let name = entry.text("name").unwrap_or_else(|| word.to_owned());
+            let mut text = format!("tool \"{name}\" is never on: it has no `output`");
+            if !roles.is_empty() {
+                let profile = self.names.profile();
+                text += &format!(
+                    ", and no output of the profile \"{profile}\" has the role {}",
+                    roles.join(" or ")
+                );
+            }
+            let problem = Problem::warning("C016", entry.span.clone(), text);
+            self.problems.push(problem.hint("write `output`, a number or a name of the profile"));
+        }
+        output
     }
 
     /// Pressures that can never be reached, and levels that are the wrong way round.

@@ -1,7 +1,7 @@
 //! Keys that a cell file may have and this program does not support yet: each is reported.
 
 use super::super::problem::Problem;
-use super::super::scene::{Drive, Eye, Scene, ToolKind, Vary};
+use super::super::scene::{Drive, Eye, Scene, Vary};
 
 /// A fault that is read and strikes nobody yet.
 const FAULT: &str = "power";
@@ -17,14 +17,6 @@ pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
     };
     for tool in &scene.tools {
         let name = &tool.name;
-        if let ToolKind::Drill { flute, plunge_mm_s, .. } = &tool.kind {
-            if flute.is_some() {
-                tell(name, format!("`flute` of tool \"{name}\" has no effect yet"));
-            }
-            if plunge_mm_s.is_some() {
-                tell(name, format!("`plunge_max_mm_min` of tool \"{name}\" has no effect yet"));
-            }
-        }
         if tool.turn.is_some() {
             tell(
                 name,
@@ -73,8 +65,13 @@ pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
             tell(fault, format!("fault \"{fault}\" strikes nobody yet"));
         }
     }
-    if !scene.stop_on.is_empty() {
-        tell("stop_on", "`stop_on` has no effect yet: a run goes on to its end".to_owned());
+    for class in scene.stop_on.iter().filter(|class| *class != "collision") {
+        tell(
+            class,
+            format!(
+                "`stop_on` \"{class}\" has no effect: only a collision is known before the end"
+            ),
+        );
     }
     found
 }

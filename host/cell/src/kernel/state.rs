@@ -22,6 +22,8 @@ pub(super) struct ToolState {
     pub(super) due: Option<u64>,
     /// The hole that the drill is in, with its depth.
     pub(super) hole: Option<([f64; 2], f64)>,
+    /// Where and when the plunge began that is being measured: height in mm, us.
+    pub(super) plunge: Option<(f64, u64)>,
     /// It only touches the stock, which tells that: it does not turn.
     pub(super) probes: bool,
     /// When a drill turns.
@@ -43,6 +45,7 @@ impl ToolState {
             held: None,
             due: None,
             hole: None,
+            plunge: None,
             probes: false,
             turns_at: None,
             bead: None,

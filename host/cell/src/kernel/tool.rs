@@ -10,6 +10,13 @@ use crate::things::{Where, landing};
 /// A drill that stands still may touch a stock that tells it so deep, mm: the way in which an axis stops.
 const TOUCH_MM: f64 = 0.3;
 
+/// A flute that is exactly as long as the hole is deep is long enough: less than a step, mm.
+const DEEP_MM: f64 = 0.001;
+/// A plunge is measured over so long, us: shorter ones are not judged.
+const PLUNGE_US: u64 = 10_000;
+/// Faster than this share of what a drill bears is too fast: times are whole microseconds.
+const PLUNGE_SHARE: f64 = 1.01;
+
 fn distance(a: V3, b: V3) -> f64 {
     (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
 }
@@ -114,6 +121,36 @@ impl Cell {
             if (middle[0] - tip[0]).hypot(middle[1] - tip[1]) > radius {
                 self.broken("moved sideways in its hole", tip, us);
             }
+            if turns {
+                self.bears(top - tip[2], tip, us);
+            }
+        }
+    }
+
+    /// What a turning drill bears: no deeper than its flute, no faster than it cuts. `deep` is below the top, mm.
+    fn bears(&mut self, deep: f64, tip: V3, us: u64) {
+        let Some(ToolKind::Drill { flute, plunge_mm_s, .. }) =
+            self.scene.tools.first().map(|tool| tool.kind.clone())
+        else {
+            return;
+        };
+        if flute.is_some_and(|flute| deep > flute + DEEP_MM) {
+            self.broken("went deeper than its flute", tip, us);
+        }
+        let Some(most) = plunge_mm_s else { return };
+        match self.tool.plunge {
+            // From step to step, so that the speed is exact.
+            Some((from, since)) if tip[2] < from => {
+                let took = us.saturating_sub(since);
+                if took >= PLUNGE_US {
+                    if (from - tip[2]) / took as f64 * 1e6 > most * PLUNGE_SHARE {
+                        self.broken("was plunged faster than it bears", tip, us);
+                    }
+                    self.tool.plunge = Some((tip[2], us));
+                }
+            }
+            Some((from, _)) if tip[2] == from => {}
+            _ => self.tool.plunge = Some((tip[2], us)),
         }
     }
 
@@ -136,7 +173,7 @@ impl Cell {
             Some(ToolKind::Drill { .. }) if inside => {
                 if self.tool.turns_at.is_some_and(|turns| turns <= us) {
                     self.tool.hole = Some(([tip[0], tip[1]], 0.0));
-                    self.tool.last = tip;
+                    (self.tool.plunge, self.tool.last) = (Some((tip[2], us)), tip);
                 } else if scene.stock.as_ref().is_some_and(|stock| stock.touch.is_some()) {
                     // The stock tells that it is touched: a drill may probe it.
                     self.tool.hole = Some(([tip[0], tip[1]], 0.0));
