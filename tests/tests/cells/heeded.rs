@@ -3,10 +3,10 @@
 
 use cell::vary::Deviation;
 use pasapas::scene::proof::{Case, Class};
+use pasapas::sim::Options;
 use pasapas::sim::record::StopReason;
 use pasapas::sim::trace::Status;
 use pasapas::sim::world::World;
-use pasapas::sim::Options;
 
 use super::{board, cell, native, program, report};
 
@@ -93,10 +93,18 @@ fn outcome(last: u32, deviation: &str) -> Class {
     let compiled = lang::back::compile(&program).unwrap();
     let scene = cell(TRAY, &program);
     let (world, options) = (World::unattended(), Options::default());
-    let case =
-        Case { program: &program, compiled: &compiled, world: &world, scene: &scene, options: &options };
-    let deviations: Vec<Deviation> =
-        deviation.split(", ").filter(|text| !text.is_empty()).map(|text| Deviation::parse(text).unwrap()).collect();
+    let case = Case {
+        program: &program,
+        compiled: &compiled,
+        world: &world,
+        scene: &scene,
+        options: &options,
+    };
+    let deviations: Vec<Deviation> = deviation
+        .split(", ")
+        .filter(|text| !text.is_empty())
+        .map(|text| Deviation::parse(text).unwrap())
+        .collect();
     case.run(&deviations).unwrap().class
 }
 

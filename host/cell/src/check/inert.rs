@@ -17,6 +17,14 @@ pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
     };
     for tool in &scene.tools {
         let name = &tool.name;
+        if tool.number > 0 {
+            tell(
+                name,
+                format!(
+                    "`number` of tool \"{name}\" has no effect yet: it is always in the head, whatever a T word says"
+                ),
+            );
+        }
         if tool.turn.is_some() {
             tell(
                 name,
@@ -25,15 +33,6 @@ pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
                 ),
             );
         }
-    }
-    if let [_, second, ..] = scene.tools.as_slice() {
-        tell(
-            &second.name,
-            format!(
-                "tool \"{}\" has no effect yet: the first tool is always in the head",
-                second.name
-            ),
-        );
     }
     if scene.stock.as_ref().is_some_and(|stock| stock.heights.is_some()) {
         tell("heights", "`heights` of [stock] has no effect yet; `tilt` has".to_owned());
