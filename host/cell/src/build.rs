@@ -2,7 +2,7 @@
 
 mod around;
 mod only;
-mod tool;
+pub(crate) mod tool;
 mod top;
 
 use super::check::strikes;

@@ -5,11 +5,11 @@ mod machine;
 use cell::judge::{End, judge};
 use machine::Machine;
 
-/// 2 mm of stock from -2 to 0; the drill hangs at the head.
+/// 8 mm of stock up to 0; the drill's tip is the head's place.
 fn drilled(keys: &str, expect: &str, deep: f64, mm_s: f64) -> (Vec<String>, cell::judge::Row) {
     let text = format!(
         "cell = 1\ntool = [{{ name = \"drill\", kind = \"drill\", output = 1, diameter = 0.8{keys} }}]\n\
-         stock = {{ at = [10, 10, -8], size = [40, 40, 8] }}\n\
+         stock = {{ at = [10, 10, -8], size = [10, 10, 8] }}\n\
          expect = [{{ what = \"holes\", at = [[10, 10]]{expect} }}]\n"
     );
     let mut machine = Machine::new(&text);

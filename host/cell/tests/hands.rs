@@ -65,8 +65,8 @@ fn two_tools_carry_two_parts() {
 
 #[test]
 fn what_the_second_tool_carries_hits_what_is_in_its_way() {
-    // The chip below the right tip goes as low as 28 mm above the floor's frame, 33 mm below the head's.
-    let wall = "fixture = [{ name = \"wall\", at = [60, 20, 0], size = [2, 10, 34] }, ";
+    // The right tip goes at 35, and its chip from 33 to 35; the nozzle gives way by 1 mm.
+    let wall = "fixture = [{ name = \"wall\", at = [60, 20, 0], size = [2, 10, 34.5] }, ";
     let text = scene(&[LEFT, RIGHT]).replace("fixture = [", wall);
     let mut machine = Machine::new(&text);
     both(&mut machine);

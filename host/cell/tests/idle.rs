@@ -63,7 +63,7 @@ fn said(machine: &Mill, line: &str) -> Vec<String> {
 const ROWS: &[(&str, &str)] = &[
     (
         "expect = [{ what = \"no_collision\", within = 3 }]",
-        "c:5:43: warning[C016]: `within` has no effect: expect no_collision does not read it\n  hint: it is for in_place, holes, bead, engraved, no_drop\n",
+        "c:5:45: warning[C016]: `within` has no effect: expect no_collision does not read it\n  hint: it is for in_place, holes, bead, engraved, no_drop\n",
     ),
     (
         "expect = [{ what = \"time\", below_s = 3, count = 2 }]",
@@ -103,11 +103,11 @@ const ROWS: &[(&str, &str)] = &[
     ),
     (
         "tool = [{ name = \"nozzle\", kind = \"vacuum\" }]",
-        "warning[C016]: tool \"nozzle\" is never on: it has no `output`\n  hint: write `output`, a number or a name of the profile\n",
+        "warning[C016]: tool \"nozzle\" is never on: it has no `output`; write `output`\n",
     ),
     (
         "tool = [{ name = \"beam\", kind = \"pen\", flow_mg_s = 1 }]",
-        "tool \"beam\" is never on: it has no `output`\n",
+        "tool \"beam\" is never on: it has no `output`; write `output`\n",
     ),
     (
         "stop_on = [\"wrong\"]",

@@ -7,6 +7,15 @@ use crate::read::Port;
 use crate::scene::{Block, Gripper, Tool, ToolKind, Vacuum};
 use crate::value::Entry;
 
+/// Roles of an output that switches a tool of this kind without an `output`.
+pub(crate) fn roles_of(word: &str) -> &'static [&'static str] {
+    match word {
+        "drill" => &["spindle"],
+        "laser" => &["laser", "spindle"],
+        _ => &[],
+    }
+}
+
 impl Builder<'_> {
     pub(super) fn tool(&mut self, entry: &Entry, several: bool) {
         let Some(word) = entry.text("kind") else { return };
@@ -88,31 +97,11 @@ impl Builder<'_> {
         });
     }
 
-    /// The output that switches a tool: the one that the file names, else the one with the role that fits. A tool that
-    /// nothing switches does nothing.
-    fn switched_by(&mut self, entry: &Entry, word: &str) -> Option<u32> {
-        let roles: &[&str] = match word {
-            "drill" => &["spindle"],
-            "laser" => &["laser", "spindle"],
-            "probe" | "none" => return entry.port("output"),
-            _ => &[],
-        };
-        let by_role = || roles.iter().find_map(|role| self.names.with_role(Port::Output, role));
-        let output = entry.port("output").or_else(by_role);
-        if output.is_none() && !entry.has("output") {
-            let name = entry.text("name").unwrap_or_else(|| word.to_owned());
-            let mut text = format!("tool \"{name}\" is never on: it has no `output`");
-            if !roles.is_empty() {
-                let profile = self.names.profile();
-                text += &format!(
-                    ", and no output of the profile \"{profile}\" has the role {}",
-                    roles.join(" or ")
-                );
-            }
-            let problem = Problem::warning("C016", entry.span.clone(), text);
-            self.problems.push(problem.hint("write `output`, a number or a name of the profile"));
-        }
-        output
+    /// The output that switches a tool: the one that the file names, else the one with the role that fits.
+    fn switched_by(&self, entry: &Entry, word: &str) -> Option<u32> {
+        let roles = roles_of(word).iter();
+        let by_role = || roles.clone().find_map(|role| self.names.with_role(Port::Output, role));
+        entry.port("output").or_else(by_role)
     }
 
     /// Pressures that can never be reached, and levels that are the wrong way round.

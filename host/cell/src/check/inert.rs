@@ -1,14 +1,15 @@
 //! Keys that a cell file may have and this program does not support yet: each is reported.
 
+use super::super::build::tool::roles_of;
 use super::super::problem::Problem;
 use super::super::scene::{Drive, Eye, Scene, Vary};
 
 /// A fault that is read and strikes nobody yet.
 const FAULT: &str = "power";
 
-/// A warning C016 for everything in a scene that has no effect. `text` is the file.
+/// A warning C016 for everything in a scene that has no effect. `text` is the file, `profile` the machine's name.
 #[must_use]
-pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
+pub fn inert(scene: &Scene, text: &str, profile: &str) -> Vec<Problem> {
     let mut found: Vec<Problem> = Vec::new();
     let mut tell = |name: &str, words: String| {
         let quoted = text.find(&format!("\"{name}\"")).map(|at| at..at + name.len() + 2);
@@ -17,6 +18,18 @@ pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
     };
     for tool in &scene.tools {
         let name = &tool.name;
+        if tool.output.is_none() && !matches!(tool.word.as_str(), "probe" | "none") {
+            let roles = roles_of(&tool.word).join(" or ");
+            let none = if roles.is_empty() {
+                String::new()
+            } else {
+                format!(", and no output of the profile \"{profile}\" has the role {roles}")
+            };
+            tell(
+                name,
+                format!("tool \"{name}\" is never on: it has no `output`{none}; write `output`"),
+            );
+        }
         if tool.number > 0 {
             tell(
                 name,
@@ -36,6 +49,10 @@ pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
     }
     if scene.stock.as_ref().is_some_and(|stock| stock.heights.is_some()) {
         tell("heights", "`heights` of [stock] has no effect yet; `tilt` has".to_owned());
+    }
+    for part in scene.parts.iter().filter(|part| !part.metal) {
+        let name = &part.name;
+        tell(name, format!("`metal` of part \"{name}\" has no effect yet: no sensor is inductive"));
     }
     for conveyor in &scene.conveyors {
         let name = &conveyor.name;
