@@ -75,7 +75,10 @@ pub fn read(
         }
     };
     problems.extend(check::check(&scene, &sources.text, names.profile(), travel));
-    problems.extend(check::inert(&scene, &sources.text));
+    // What has no effect is told of a file that is right else.
+    if problems.iter().all(|problem| !problem.error) {
+        problems.extend(check::inert(&scene, &sources.text, names.profile()));
+    }
     let problems = named(problems);
     if problems.iter().any(|problem| problem.error) { Err(problems) } else { Ok((scene, problems)) }
 }
