@@ -24,6 +24,9 @@ impl Names for Plain {
     fn profile(&self) -> &str {
         "plain"
     }
+    fn with_role(&self, _: Port, _: &str) -> Option<u32> {
+        None
+    }
     fn has_analog(&self) -> bool {
         true
     }
@@ -65,7 +68,7 @@ fn a_wrong_value_is_told_once_and_not_as_missing() {
     ] {
         let said = said(lines);
         assert_eq!(said.len(), 1, "{lines}: {said:?}");
-        assert!(!said[0].contains("missing"), "{lines}: {said:?}");
+        assert!(!said[0].contains("missing `"), "{lines}: {said:?}");
     }
     // What is really not there is named alone.
     let said = said("sensor = [{ name = \"w\", kind = \"switch\", place = 10, input = 5 }]");
