@@ -427,19 +427,22 @@ fn advance(board: &mut Board, hold: &Hold, holding: &mut Holding) -> Result<(), 
         holding.last = Some(target);
         return Ok(());
     }
+    // What somebody else has stopped gets no further target. The board is asked first, and once more behind the order, as
+    // a Stop may come between the two.
+    if goes_on {
+        bound_hold(board, wire::JOG_GOES_ON)?;
+    }
     let order = orders::move_to(hold.axis, [hold.accel; 2], hold.rate, target + holding.offset);
     match board.once(|board| board.write_all(wire::COMMAND, &order)) {
         Ok(()) => {
             holding.last = Some(target);
-            // The board's own clock, where it has one, ends the hold as well. A Stop of anybody has ended it, also
-            // one that came between the look and the order.
-            let time = if goes_on { wire::JOG_GOES_ON } else { 1 };
-            match board.once(|board| board.write_all(wire::JOG_HOLD, &[time])) {
+            if goes_on {
+                return bound_hold(board, wire::JOG_GOES_ON);
+            }
+            match bound_hold(board, 1) {
                 // Of a first order that is so short that it has arrived already there is nothing to hold.
-                Err(error) if error.is_exception(Exception::Busy) && !goes_on => Ok(()),
-                Err(error) if error.is_exception(Exception::Busy) => Err(STOPPED.to_owned()),
-                Err(error) if !error.is_exception(Exception::IllegalAddress) => Err(words(error)),
-                _ => Ok(()),
+                Err(why) if why == STOPPED => Ok(()),
+                done => done,
             }
         }
         Err(error) if error.is_exception(Exception::Busy) && holding.last.is_some() => {
@@ -451,5 +454,14 @@ fn advance(board: &mut Board, hold: &Hold, holding: &mut Holding) -> Result<(), 
             Err("the board takes no move now: look at the emergency stop".to_owned())
         }
         Err(error) => Err(words(error)),
+    }
+}
+
+/// Lets the board's own clock end the hold as well, where the board has one: `time` is a value of [`wire::JOG_HOLD`].
+fn bound_hold(board: &mut Board, time: u16) -> Result<(), String> {
+    match board.once(|board| board.write_all(wire::JOG_HOLD, &[time])) {
+        Err(error) if error.is_exception(Exception::Busy) => Err(STOPPED.to_owned()),
+        Err(error) if !error.is_exception(Exception::IllegalAddress) => Err(error.to_string()),
+        _ => Ok(()),
     }
 }

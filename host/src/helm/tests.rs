@@ -128,9 +128,8 @@ fn stopped_by_somebody_else(rate: u32) {
         }
     }
     let log = helm.log(0).1;
-    // It may have set out before the board refused to go on.
     let on = live.seen().motors[0] - stopped.expect("it was stopped");
-    assert!(on.unsigned_abs() <= u64::from(rate) / 10 + 2, "{on} steps behind a Stop: {log:?}");
+    assert_eq!(on, 0, "steps behind a Stop: {log:?}");
     assert!(over, "the hold goes on: {log:?}");
     let rest = live.seen().motors[0];
     helm.hold(press(2)).expect("free");
