@@ -457,20 +457,11 @@ fn about(number: u64, loaded: &Loaded, plot: &Plot<'_>, events: &[Event], part: 
     })
 }
 
-/// The reserved words by class, for the colours that must be there with the key, and what faults mean.
+/// The reserved words by class, for the colours that must be there with the key.
 pub fn words() -> Value {
     let kw: Vec<&str> = Kw::ALL.iter().map(|kw| kw.entry().text).collect();
     let functions: Vec<&str> = Func::ALL.iter().map(|func| func.text()).collect();
-    let faults: Vec<Value> = Fault::ALL
-        .iter()
-        .map(|fault| {
-            json!({
-                "code": fault.to_string(), "text": fault.text(),
-                "cause": fault.cause(), "remedy": fault.remedy(),
-            })
-        })
-        .collect();
-    json!({ "words": kw, "functions": functions, "faults": faults, "statements": statements::listed() })
+    json!({ "words": kw, "functions": functions, "statements": statements::listed() })
 }
 
 #[cfg(test)]

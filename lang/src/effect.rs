@@ -322,6 +322,19 @@ impl Effect {
             _ => false,
         }
     }
+
+    /// The axis words of a move or a probing, as they were written.
+    pub fn targets(&self) -> [Option<(Axis, Coord)>; 3] {
+        match *self {
+            Effect::MoveAxe { axis, to, .. } | Effect::Probe { axis, limit: to, .. } => {
+                [Some((axis, to)), None, None]
+            }
+            Effect::Linear { to, .. } | Effect::Arc { to, .. } => {
+                Axis::ALL.map(|axis| Some((axis, to[axis.index()]?)))
+            }
+            _ => [None; 3],
+        }
+    }
 }
 
 /// Unit suffix of a printed value.

@@ -339,6 +339,7 @@ mod tests {
     use crate::board::{DEFAULT, G2553};
     use crate::helm::Round;
     use crate::link::Link;
+    use crate::sim::trace::What;
     use crate::torture::generate::Case;
     use crate::torture::programs::{Made, make};
 
@@ -346,14 +347,15 @@ mod tests {
         make(Case { script, world: String::new(), independent: false }).expect("it compiles")
     }
 
-    /// Runs an image; `over` is done to the board where its run has ended. What it gives, and what a status and a round of looks
+    /// Runs an image; `over` is done to the board where its run has ended. What it gives, the text that its trace ends with,
+    /// and what a status and a round of looks
     /// say then, and a status behind another emergency stop by the link.
     fn run_with(
         build: &Build,
         made: &Made,
         image: &[u8],
         over: impl Fn(&mut emulator::Board),
-    ) -> (BoardRun, [Option<&'static str>; 3]) {
+    ) -> (BoardRun, String, [Option<&'static str>; 3]) {
         let (world, options) = (World::unattended(), Options::default());
         let job = Job {
             build,
@@ -376,6 +378,10 @@ mod tests {
         let mut run = Run::new(&job, sinks, Rc::clone(&rig), client).expect("a run");
         run.start().expect("it begins");
         let end = run.follow().expect("it ends");
+        let traced = match &end {
+            What::End { text, .. } => text.clone().unwrap_or_default(),
+            _ => String::new(),
+        };
         over(rig.borrow_mut().board());
         let ran = run.finish(end).expect("it rests");
         let link: Box<dyn Link> = Box::new(InProcess::new(Rc::clone(&rig)));
@@ -388,14 +394,14 @@ mod tests {
         client.control(Control::Acknowledge).expect("taken");
         client.control(Control::Start).expect("taken");
         client.control(Control::EmergencyStop).expect("taken");
-        (ran, [said, seen, client.status().expect("a status").text])
+        (ran, traced, [said, seen, client.status().expect("a status").text])
     }
 
     #[test]
     fn late_steps_of_a_run_are_in_its_health() {
         let made = made("MoveAxe X, 1mm\n".to_owned());
         for late in [0, 2] {
-            let (ran, [.., stopped]) = run_with(DEFAULT, &made, &made.compiled.image, |board| {
+            let (ran, _, [.., stopped]) = run_with(DEFAULT, &made, &made.compiled.image, |board| {
                 let step = board.symbol("PASAPAS_STEP").expect("a name");
                 board.poke16(step + 18, late);
             });
@@ -414,9 +420,10 @@ mod tests {
         let courses =
             Courses { pool: G2553.part.course_pool, records: vec![(first, record(&[fast]))] };
         made.compiled = compile_with(&made.program, &courses).expect("it fits");
-        let (ran, said) = run_with(&G2553, &made, &made.compiled.image, |_| {});
+        let (ran, traced, said) = run_with(&G2553, &made, &made.compiled.image, |_| {});
         assert_eq!(ran.outcome.end.fault, Some(Fault::EmergencyStop));
         assert!(ran.outcome.late_line);
+        assert_eq!(traced, LATE_LINE[0]);
         // `status`, then what gateway, brokers and OPC UA show, then the stop by the link.
         let late = Some(LATE_LINE[0]);
         assert_eq!(said, [late, late, Some(Fault::EmergencyStop.text())]);

@@ -197,6 +197,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
                     self.waits.something_happened(us);
                 }
                 let Some(what) = self.teller.tell(&seen) else { continue };
+                let what = self.client.explain_end(what)?;
                 self.path.event(&what);
                 self.within.tell(&what);
                 if let What::Run { line, .. } = what {
@@ -384,12 +385,12 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
         let us = self.rig.borrow().us();
         self.client.link().pause(REST);
         self.look()?;
-        let What::End { status, fault, line, pos, .. } = end else {
+        let What::End { status, fault, text, line, pos } = end else {
             return Err(BoardError::Board("the trace has no end".to_owned()));
         };
         let identity = self.client.identity()?;
         let late_events = self.client.late_events()?;
-        let late_line = status == Status::Fault && self.client.status()?.text == Some(LATE_LINE[0]);
+        let late_line = text.as_deref() == Some(LATE_LINE[0]);
         let mut rig = self.rig.borrow_mut();
         let health = Health { late_events, ..rig.board().health(&identity) };
         let mut failures = rig.failures(&pos);
@@ -433,6 +434,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
             stopped,
             line,
             program: (place != 0).then(|| own.map_or("", |own| own.name).to_owned()),
+            asked: None,
             us,
             statements: 0,
             steps,

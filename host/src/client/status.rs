@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::identity::part_of;
 use super::{Client, ClientError};
 use crate::link::Link;
-use crate::sim::trace::PerAxis;
+use crate::sim::trace::{PerAxis, What};
 
 /// How long a run control may take to show in the state: a ramp down from the top rate.
 const CONTROL_PATIENCE: Duration = Duration::from_secs(5);
@@ -27,7 +27,7 @@ pub struct Status {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub text: Option<&'static str>,
     /// Where the fault usually comes from, and what to do about it.
-    #[serde(skip)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub advice: Option<[&'static str; 2]>,
     /// Its line, where the program tells lines.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -185,6 +185,19 @@ impl<L: Link> Client<L> {
             (status.text, status.advice) = (Some(text), Some([cause, remedy]));
         }
         Ok(())
+    }
+
+    /// The same end of a run, with the text of a line that came too late where its F14 was one; other events as they are.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn explain_end(&mut self, mut what: What) -> Result<What, ClientError> {
+        if let What::End { fault: Some(fault), text, .. } = &mut what
+            && *fault == Fault::EmergencyStop.to_string()
+        {
+            *text = self.status()?.text.map(str::to_owned);
+        }
+        Ok(what)
     }
 
     /// Whether F14 was a line of a path that came too late: a part that takes slow points keeps the number of that run.

@@ -174,7 +174,8 @@ impl<'a> Tracer<'a> {
             }
             None => [0; 3],
         };
-        Ok(told::event(&self.profile, line, kind, argument, value, commanded))
+        let what = told::event(&self.profile, line, kind, argument, value, commanded);
+        what.map(|what| client.explain_end(what)).transpose()
     }
 
     /// Takes bytes of print up to the line's end. A board that never ends a line is given up after

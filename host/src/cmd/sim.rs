@@ -304,6 +304,9 @@ fn verdict(
             console.complain(&format!("{file}:{line}:1: fault {fault}: {text}"));
             console.complain(&format!("  {cause}"));
             if matches!(fault, Fault::SoftLimit | Fault::LimitSwitch) {
+                if let Some(asked) = &outcome.summary.asked {
+                    console.complain(&format!("  asked for: {asked}"));
+                }
                 console.complain(&format!("  machine positions: {}", places(profile, rests)));
             }
             console.complain(&format!("  hint: {remedy}"));

@@ -89,6 +89,7 @@ fn outcome() -> Outcome {
             stopped: None,
             line: 9,
             program: None,
+            asked: None,
             us: 5_200_000,
             statements: 9,
             steps: [5000, 4000, 800],

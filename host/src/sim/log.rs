@@ -1,5 +1,8 @@
 //! Output of a run: trace, record for plots, summary.
 
+use lang::axis::Axis;
+use lang::effect::{Coord, Dist, Effect, Frame};
+use lang::fault::Fault;
 use lang::record::AxisRecord;
 
 use crate::sim::record::{
@@ -25,6 +28,8 @@ pub struct Log {
     uses: [Use; 17],
     /// Times in which a program ran that is not shown.
     aways: Vec<Away>,
+    /// The last effect, with its line.
+    last: Option<(u32, Effect)>,
 }
 
 impl Log {
@@ -38,7 +43,13 @@ impl Log {
             record: Record::default(),
             uses: [Use::default(); 17],
             aways: Vec::new(),
+            last: None,
         }
+    }
+
+    /// A statement of `line` has this effect.
+    pub const fn effect(&mut self, line: u32, effect: &Effect) {
+        self.last = Some((line, *effect));
     }
 
     /// Another program begins: one that is not shown, by RUN in this line, or the one that is.
@@ -132,6 +143,26 @@ impl Log {
         }
     }
 
+    /// Where a move was to go whose target lies outside the travel, in words.
+    fn asked(&self, end: &End) -> Option<String> {
+        let (_, effect) = self.last.filter(|(line, _)| *line == end.line)?;
+        let word = |(axis, to): (Axis, Coord)| {
+            let value = match to.value {
+                Dist::Um(um) => format!("{:.3} mm", f64::from(um) / 1000.0),
+                Dist::Steps(steps) => format!("{steps} steps"),
+            };
+            let frame = match to.frame {
+                Frame::Work => "to",
+                Frame::Machine => "to machine position",
+                Frame::Relative => "by",
+            };
+            format!("{} {frame} {value}", axis.letter())
+        };
+        let words: Vec<String> = effect.targets().into_iter().flatten().map(word).collect();
+        let outside = end.fault == Some(Fault::SoftLimit) && !words.is_empty();
+        outside.then(|| words.join(", "))
+    }
+
     /// The numbers and the record.
     pub fn results(
         &mut self,
@@ -158,6 +189,7 @@ impl Log {
             stopped,
             line: end.line,
             program: None,
+            asked: self.asked(end),
             us: now,
             statements,
             steps,

@@ -165,6 +165,10 @@ pub struct Summary {
     /// The program that this line is of, where RUN has begun another one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub program: Option<String>,
+    /// Where the statement was to go that failed as its target lies outside the travel (F05), in words; not from the
+    /// emulated board.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub asked: Option<String>,
     /// Simulated time from the first statement to the end, us, pauses included.
     pub us: u64,
     /// Statements executed.

@@ -190,6 +190,7 @@ fn a_run_that_goes_wrong_is_exit_code_3() {
         let limit = bench.run(&["sim", "limit.bas", "--engine", engine]);
         let place = "machine positions: X 0.000 mm (travel 0.000 to 300.000), Y 0.000 mm (travel ";
         assert!(limit.code == 3 && limit.err.contains(place), "{}", limit.err);
+        assert!(limit.err.contains("asked for: X to 400.000 mm\n"), "{}", limit.err);
         assert_eq!(bench.run(&["sim", "stuck.bas", "--engine", engine]).code, 3);
         let world = ["sim", "good.bas", "--world", "expect.rhai", "--engine", engine];
         let expect = bench.run(&world);

@@ -35,6 +35,7 @@ impl Native {
             return Step::Stop;
         }
         self.pressed = false;
+        self.log.effect(self.line, effect);
         match *effect {
             Effect::EnterHandler | Effect::LeaveHandler | Effect::Keep { .. } => Step::Done(0),
             Effect::Run(_) => Step::Fault(Fault::NoProgram),

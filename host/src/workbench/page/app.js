@@ -47,7 +47,7 @@ function build(welcome) {
 	const view = new PathView($('#path'));
 	const trial = new Trial(link, view, editor);
 	const assist = new Assist(editor, language);
-	const run = new Run(link, editor, script, welcome.words.faults);
+	const run = new Run(link, editor, script);
 	run.broken = () => editor.diags.some(own => own.kind === 'error');
 	const machine = new Machine(link);
 	run.axes = () => machine.machine?.axes ?? [];

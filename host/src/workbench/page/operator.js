@@ -14,7 +14,7 @@ $('#bar').ariaLabel = say.progress;
 text($('#helm'), say.control);
 document.documentElement.lang = language;
 const ACTIVE = ['running', 'paused', 'waitstart', 'stopping'];
-let faults = [], files = [], rows = [], state = null, program = null;
+let files = [], rows = [], state = null, program = null;
 // The script that the tool was started with; the program that is being loaded; the power was off.
 let offer = null, loading = null, power = false, before = null, lost = false;
 
@@ -29,7 +29,6 @@ frame(link, { ...say, gone: say.toolGone, silent: say.noNews, ended: say.ended }
 });
 
 hear(link, 'welcome', e => {
-	({ faults } = e.detail.words);
 	({ files } = e.detail);
 	offer ??= e.detail.text.file;
 });
@@ -209,8 +208,8 @@ function hint(status, mine, rests, bad) {
 const picture = () => state.picture.lost ?? '';
 // A fault in words for whoever stands at the machine; the technical ones are folded.
 function fault(status, at, active) {
-	const own = status && (at === 'fault' || status.last_end === 'fault' && !active) && faults.find(one => one.code === status.fault);
-	const card = $('#fault'), key = own ? `${own.code}/${status.input}/${at}` : `/${status?.blocked_by ?? ''}`;
+	const own = status && (at === 'fault' || status.last_end === 'fault' && !active) && status.fault;
+	const card = $('#fault'), key = own ? `${own}/${status.text}/${status.input}/${at}` : `/${status?.blocked_by ?? ''}`;
 	card.hidden = !own && !status?.blocked_by;
 	if (card.dataset.key === key) return;
 	card.dataset.key = key;
@@ -220,10 +219,10 @@ function fault(status, at, active) {
 	};
 	if (!own) { card.replaceChildren(!status?.blocked_by ? '' : status.blocked_by === 255 ? say.unwired : say.blocks(named(status.blocked_by))); return; }
 	const input = status.input ? named(status.input) : '';
-	const what = own.code === 'F13' ? input ? say.late(input) : say.signal
-		: own.code === 'F14' ? say.stopped : `${language === 'en' ? own.text : `${say.fault} ${own.code}`}.${input ? ` ${input.replace(/,$/, '')}.` : ''}`;
+	const what = own === 'F13' ? input ? say.late(input) : say.signal
+		: own === 'F14' && status.text === 'emergency stop' ? say.stopped : `${language === 'en' ? status.text : `${say.fault} ${own}`}.${input ? ` ${input.replace(/,$/, '')}.` : ''}`;
 	card.replaceChildren(h('div', {}, what, ' ', at === 'fault' ? say.thenAcknowledge : say.thenStart),
-		h('details', {}, h('summary', {}, say.service), `${own.code}: ${own.text}. ${own.cause} ${own.remedy}${status.line ? ` ${say.line(status.line)}` : ''}`));
+		h('details', {}, h('summary', {}, say.service), `${own}: ${status.text}. ${status.advice.join(' ')}${status.line ? ` ${say.line(status.line)}` : ''}`));
 }
 hear($('#start'), 'click', () => {
 	$('#refused').hidden = true;

@@ -15,9 +15,8 @@ export class Run {
 	// null; what to mark on the drawing: places in mm.
 	axes = () => []; rest = () => null; mark = () => {};
 
-	constructor(link, editor, script, faults) {
+	constructor(link, editor, script) {
 		Object.assign(this, { link, editor, script });
-		this.faults = faults;
 		this.chart = new Chart($('#chart'));
 		const ask = wish => () => link.ask(wish);
 		const lines = () => [...editor.breaks].map(line => line + 1);
@@ -256,13 +255,12 @@ export class Run {
 		card.hidden = !key && !status?.blocked_by;
 		if (card.dataset.key === key + (status?.blocked_by ?? '')) return;
 		card.dataset.key = key + (status?.blocked_by ?? '');
-		const known = this.faults.find(fault => fault.code === status?.fault);
 		const where = [];
 		const line = status?.line || this.state.line;
 		if (key && line) where.push(h('button', { onclick: () => this.editor.show(line) }, `Line ${line}`));
 		if (key && status.input) where.push(` Input ${status.input} caused it.`);
 		card.replaceChildren(
-			key ? h('p', {}, h('b', {}, `${status.fault}: ${status.text}. `), `${known?.cause ?? ''} `, h('i', {}, known?.remedy ?? ''), ' ', ...where) : '',
+			key ? h('p', {}, h('b', {}, `${status.fault}: ${status.text}. `), `${status.advice[0]} `, h('i', {}, status.advice[1]), ' ', ...where) : '',
 			!status?.blocked_by ? '' : h('p', {}, status.blocked_by === 255 ? 'The board was never told how it is wired: pasapas profile set FILE says so.'
 				: `Input ${status.blocked_by} keeps Start or a move from working.`));
 	}
