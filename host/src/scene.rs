@@ -25,7 +25,7 @@ use cell::scene::Eye;
 use cell::{Names, Port};
 use lang::axis::Axis;
 use lang::hir::{Block, Program, StmtKind};
-use lang::profile::{AxisProfile, Direction, InputRole, OutputRole, Profile};
+use lang::profile::{AxisProfile, InputRole, OutputRole, Profile};
 use lang::vm::math;
 
 pub use self::report::Report;
@@ -123,10 +123,9 @@ fn has_home(block: &Block) -> bool {
     })
 }
 
-/// 1 where larger positions of the axis are larger places of the cell's frame, else -1. Z of the frame points up, and
-/// the reference switch of Z is at the top.
+/// 1 where larger positions of the axis are larger places of the cell's frame, whose Z points up, else -1.
 fn up(axis: Axis, own: &AxisProfile) -> f64 {
-    if axis == Axis::Z && own.home.direction == Direction::Negative { -1.0 } else { 1.0 }
+    if axis == Axis::Z { own.upward().into() } else { 1.0 }
 }
 
 /// Letters of the axes that a machine has.

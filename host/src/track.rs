@@ -12,7 +12,7 @@ use lang::fault::Fault;
 use lang::isa::{Op, flags};
 use lang::place::Place;
 use lang::plain::{Argument, MOST, Plain, Touch};
-use lang::profile::{OutputRole, Profile, Wiring};
+use lang::profile::{AxisProfile, OutputRole, Profile, Wiring};
 use lang::record::{AxisRecord, MachineRecord};
 use lang::vm::encode::encode;
 
@@ -334,8 +334,15 @@ impl Track {
     fn went(&mut self, axis: Axis) {
         self.touched[axis.index()] = true;
         if axis == Axis::Z {
-            self.top = self.top.max(Some(self.axes.place(axis).um));
+            let um = self.axes.place(axis).um;
+            self.top = Some(self.top.map_or(um, |top| self.higher(top, um)));
         }
+    }
+
+    /// The higher one of two positions of Z, um.
+    fn higher(&self, a: i32, b: i32) -> i32 {
+        let down = self.profile.z.as_ref().is_some_and(AxisProfile::counts_down);
+        if down { a.min(b) } else { a.max(b) }
     }
 
     /// Axes that the job has homed.
@@ -392,7 +399,7 @@ impl Track {
                 Some(lift) => sum(sum(lift, self.zero(Axis::Z)?)?, shifts[z])?,
                 None => sum(self.top.unwrap_or(here), shifts[z])?,
             };
-            let up = place(Axis::Z, wanted.max(here).max(goals[z].um))?;
+            let up = place(Axis::Z, self.higher(self.higher(wanted, here), goals[z].um))?;
             if across.iter().any(Option::is_some) {
                 add([None, None, Some(up).filter(|up| up.steps != there[z])]);
                 add(across);

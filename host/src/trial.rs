@@ -365,6 +365,7 @@ pub fn machine(profile: &Profile, program: Option<&Program>) -> Value {
             "top": f64::from(own.top_rate) * mm,
             "switch": profile.reference_input(axis),
             "home_low": own.home.direction == lang::profile::Direction::Negative,
+            "down": axis == Axis::Z && own.counts_down(),
         })
     });
     let axes: Vec<Value> = axes.collect();

@@ -61,3 +61,22 @@ fn what_is_not_covered_is_told_with_its_remedy_and_nothing_is_written() {
     let (code, said) = pasapas(&["check", &at("probe.bas")]);
     assert_eq!(code, 0, "{said}");
 }
+
+/// From above the work's zero to below it, whichever way the machine counts.
+#[test]
+fn a_surface_is_probed_from_above_on_two_machines() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = text(&folder.path().join("probe.bas")).to_owned();
+    for (profile, lift, deepest) in [("mill", "2mm", "-2mm"), ("charly", "-2mm", "2mm")] {
+        let args = ["level", "--probe", "0,0,100,50", "--profile", profile, "-o", &out];
+        let (code, said) = pasapas(&args);
+        assert_eq!(code, 0, "{said}");
+        let script = std::fs::read_to_string(&out).expect("a script");
+        let heights = format!("CONST LIFT = {lift}\nCONST DEEPEST = {deepest}\n");
+        assert!(script.contains(&heights), "{profile}: {script}");
+        // The other way round it would be driven into the work.
+        let wrong = [&args[..], &[&format!("--lift={deepest}"), &format!("--deepest={lift}")]];
+        let (code, said) = pasapas(&wrong.concat());
+        assert_eq!((code, said.contains("from the lift downward")), (2, true), "{said}");
+    }
+}

@@ -2,6 +2,7 @@
 
 mod common;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use common::{pasapas, text};
@@ -24,9 +25,10 @@ fn a_layer_becomes_a_job_that_gives_its_dots_on_two_machines() {
     let folder = tempfile::tempdir().expect("a folder");
     let layer = write(folder.path(), "a.gtp", LAYER);
     let job = text(&folder.path().join("dots.bas")).to_owned();
-    for (profile, board) in [("mill", "board = -30"), ("charly", "board = 10")] {
-        let clearance = if profile == "mill" { "clearance = 0" } else { "clearance = 70" };
-        let file = NEEDLE.replace("board = -30", board).replace("clearance = 0", clearance);
+    let trace = text(&folder.path().join("run.trace")).to_owned();
+    // Z counts upward and downward: the needle stands 0.2 mm above the board and goes up by 1 mm from there.
+    for (profile, board, low, lifted) in [("mill", -30, -2980, -2880), ("charly", 30, 2980, 2880)] {
+        let file = NEEDLE.replace("board = -30", &format!("board = {board}"));
         let needle = write(folder.path(), "needle.toml", &file);
         let args = ["paste", &layer, "--needle", &needle, "--profile", profile, "-o", &job];
         let (code, said) = pasapas(&[&args[..], &["--at", "50.8,50.8=100,60"]].concat());
@@ -34,9 +36,17 @@ fn a_layer_becomes_a_job_that_gives_its_dots_on_two_machines() {
         assert!(said.contains("7 dots on 3 pads of 3.4 mm2"), "{said}");
         let script = std::fs::read_to_string(&job).expect("a script");
         assert!(script.contains("' R2\n"), "{script}");
-        let (code, said) = pasapas(&["sim", &job]);
+        let (code, said) = pasapas(&["sim", &job, "--trace", &trace]);
         assert_eq!(code, 0, "{said}");
         assert!(said.contains("the board is done"), "{said}");
+        let lines = std::fs::read_to_string(&trace).expect("a trace");
+        let heights: BTreeSet<i64> = lines
+            .lines()
+            .filter_map(|line| {
+                serde_json::from_str::<serde_json::Value>(line).ok()?["to"]["Z"].as_i64()
+            })
+            .collect();
+        assert_eq!(heights, BTreeSet::from([0, low, lifted]), "{profile}");
         // Each dot, and once to purge.
         assert!(said.contains("on 8 times"), "{said}");
     }
@@ -50,14 +60,14 @@ fn a_long_pad_gets_a_bead_whose_valve_closes_on_the_way() {
     let layer = write(folder.path(), "a.gtp", LAYER);
     let job = text(&folder.path().join("dots.bas")).to_owned();
     let trace = text(&folder.path().join("run.trace")).to_owned();
-    // The second has other steps to the millimetre, and its numbers up.
+    // The second has other steps to the millimetre, and Z counts downward.
     let odd = include_str!("../../examples/profiles/charly.toml");
     let odd = odd.replace("name = \"charly\"", "name = \"odd\"");
     let odd =
         odd.replace("scale = { steps = 400, um = 4000 }", "scale = { steps = 127, um = 1000 }");
     let odd = write(folder.path(), "odd.toml", &odd);
     for (profile, steps_per_mm, board, clearance) in
-        [("mill", 100.0, -30, 0), (&*odd, 127.0, 10, 70)]
+        [("mill", 100.0, -30, 0), (&*odd, 127.0, 30, 0)]
     {
         let bead = "[bead]\nfrom = 2\nslowest = 2\nfastest = 30\nopens_ms = 15\nthread = 0.5\n";
         let file = NEEDLE.replace("board = -30", &format!("board = {board}"));

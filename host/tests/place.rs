@@ -3,6 +3,7 @@
 
 mod common;
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -77,6 +78,44 @@ fn a_board_of_60_parts_becomes_a_job_that_runs_alike_on_both_engines() {
         ends.push(ways.join("\n"));
     }
     assert_eq!(ends[0], ends[1]);
+}
+
+/// Where Z counts downward every height is the same number with the other sign.
+#[test]
+fn parts_are_laid_down_from_above_whichever_way_z_counts() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let list = write(folder.path(), "board.pos", &board());
+    let [job, trace] =
+        ["job.bas", "run.trace"].map(|name| text(&folder.path().join(name)).to_owned());
+    let mill = include_str!("../../examples/profiles/mill.toml");
+    let (rest, z) = mill.split_once("[z]").expect("a Z");
+    let z =
+        z.replacen("min_um = -80000", "min_um = 0", 1).replacen("max_um = 0", "max_um = 80000", 1);
+    let down = format!("{rest}[z]{}", z.replacen("positive", "negative", 1))
+        .replace("\"mill\"", "\"down\"");
+    let down = write(folder.path(), "down.toml", &down);
+    let heights = |profile: &str, feeders: &str| -> BTreeSet<i64> {
+        let feeders = write(folder.path(), "feeders.toml", feeders);
+        let marks = ["--at", "FID1=100,50", "--at", "FID2=140,50", "--only", "R0,C1,U2"];
+        let args = ["place", &list, "--feeders", &feeders, "--profile", profile, "-o", &job];
+        let (code, said) = pasapas(&[&args[..], &marks].concat());
+        assert_eq!(code, 0, "{said}");
+        let (code, said) = pasapas(&["sim", &job, "--profile", profile, "--trace", &trace]);
+        assert_eq!(code, 0, "{said}");
+        let lines = std::fs::read_to_string(&trace).expect("a trace");
+        let event = |line: &str| serde_json::from_str::<serde_json::Value>(line).expect("an event");
+        lines.lines().filter_map(|line| event(line)["to"]["Z"].as_i64()).collect()
+    };
+    let up = heights("mill", FEEDERS);
+    assert_eq!(up, BTreeSet::from([0, -2950, -2900, -2800]));
+    let downward = FEEDERS.replace("= -", "= ");
+    assert_eq!(heights(&down, &downward), up.iter().map(|z| -z).collect());
+    // Written as for a machine that counts upward, it would be driven through the board.
+    let feeders =
+        write(folder.path(), "feeders.toml", &downward.replace("clearance = 0", "clearance = 60"));
+    let (code, said) =
+        pasapas(&["place", &list, "--feeders", &feeders, "--profile", &down, "-o", &job]);
+    assert!(matches!(code, 1 | 2) && said.contains("counts downward"), "{said}");
 }
 
 #[test]

@@ -135,6 +135,20 @@ pub struct AxisProfile {
     pub home: Homing,
 }
 
+impl AxisProfile {
+    /// Of Z: whether its positions grow downward, toward the work, as on `charly`. The reference switch of Z is taken to be
+    /// at the top: at the negative end of a travel that lies on the positive side.
+    pub const fn counts_down(&self) -> bool {
+        matches!(self.home.direction, Direction::Negative)
+            && self.min_um as i64 + self.max_um as i64 > 0
+    }
+
+    /// -1 where [`counts_down`](AxisProfile::counts_down), else 1: what a height is multiplied by to be a position.
+    pub const fn upward(&self) -> i32 {
+        if self.counts_down() { -1 } else { 1 }
+    }
+}
+
 /// A ratio of steps to micrometres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -17,6 +17,9 @@ const MAX_BYTES: usize = 64 << 20;
 /// Heights that differ by more are worth a word, mm.
 const UNEVEN: f64 = 5.0;
 
+/// How far above and below the work's zero is probed without other words, mm.
+const REACH: f64 = 2.0;
+
 /// `pasapas level`
 #[derive(Debug, Args)]
 pub struct Level {
@@ -35,12 +38,12 @@ pub struct Level {
     /// With --probe: columns and rows
     #[arg(long, value_name = "NxN", default_value = "5x5", value_parser = grid)]
     grid: [u32; 2],
-    /// With --probe: Z between the places, mm
-    #[arg(long, value_name = "Z", default_value_t = 2.0, allow_hyphen_values = true, value_parser = mm)]
-    lift: f64,
-    /// With --probe: Z down to which is probed, mm
-    #[arg(long, value_name = "Z", default_value_t = -2.0, allow_hyphen_values = true, value_parser = mm)]
-    deepest: f64,
+    /// With --probe: Z between the places, mm; without it 2 mm above the work's zero
+    #[arg(long, value_name = "Z", allow_hyphen_values = true, value_parser = mm)]
+    lift: Option<f64>,
+    /// With --probe: Z down to which is probed, mm; without it 2 mm below the work's zero
+    #[arg(long, value_name = "Z", allow_hyphen_values = true, value_parser = mm)]
+    deepest: Option<f64>,
     /// The corrected job, or the script; without it standard output
     #[arg(short, long, value_name = "OUT")]
     output: Option<String>,
@@ -76,12 +79,13 @@ impl Level {
         output::keep_inputs(&[("-o", self.output.as_ref())], &inputs)?;
         if let Some([left, low, right, high]) = self.probe {
             let profile = options.machine(console)?;
+            let up = profile.z.as_ref().map_or(1.0, |z| z.upward().into());
             let wish = Probe {
                 low: [left, low],
                 high: [right, high],
                 count: self.grid,
-                lift: self.lift,
-                deepest: self.deepest,
+                lift: self.lift.unwrap_or(up * REACH),
+                deepest: self.deepest.unwrap_or(-up * REACH),
             };
             let text = probe(&wish, &profile).map_err(Failure::Usage)?;
             return self.write(&text, console);

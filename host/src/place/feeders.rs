@@ -202,9 +202,12 @@ impl Feeders {
             if !(0.0..=50.0).contains(&feeder.height) {
                 return Err(words("height is 0 to 50 mm".to_owned()));
             }
-            high("board", self.board + feeder.height).map_err(|(_, text)| words(text))?;
-            if feeder.top > self.clearance || self.board + 2.0 * feeder.height > self.clearance {
-                return Err(words("its parts reach above the clearance".to_owned()));
+            let up = f64::from(z.upward());
+            high("board", self.board + up * feeder.height).map_err(|(_, text)| words(text))?;
+            let room = |z: f64| up * (self.clearance - z);
+            if room(feeder.top) < 0.0 || room(self.board) < 2.0 * feeder.height {
+                let down = if z.counts_down() { ": Z of this machine counts downward" } else { "" };
+                return Err(words(format!("its parts reach above the clearance{down}")));
             }
             feeder.check(profile).map_err(words)?;
         }

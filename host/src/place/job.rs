@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use lang::profile::Profile;
+use lang::profile::{AxisProfile, Profile};
 
 use super::Placed;
 use super::feeders::{Feeders, input, output};
@@ -199,7 +199,9 @@ pub fn script(
         line("    G0 X[px] Y[py]");
         line("  WEND");
     }
-    line("  G0 Z[BOARD + feeder(f, 8)]");
+    // Where Z counts downward, what is higher is less.
+    let up = if profile.z.as_ref().is_some_and(AxisProfile::counts_down) { '-' } else { '+' };
+    line(&format!("  G0 Z[BOARD {up} feeder(f, 8)]"));
     line("  SetOut vacuum, OFF");
     line(&format!("  Wait {}ms", feeders.drop_ms));
     line("  G0 Z[CLEAR]");

@@ -66,8 +66,7 @@ fn write(job: &Job<'_>, cuts: &[Step], sizes: &BTreeMap<u32, String>, tables: bo
     }
     script.remark("Set the work zero on the board's surface; these say how deep and how fast:");
     // Where Z counts downward, deeper is more.
-    let down =
-        if job.profile.z.as_ref().is_some_and(|z| z.max_um > 0 && z.min_um >= 0) { 1 } else { -1 };
+    let down = -job.profile.z.as_ref().map_or(1, |z| i64::from(z.upward()));
     script.line(&format!("CONST DEPTH = {}, SAFE = {}", mm(2000 * down), mm(-2000 * down)));
     script.line("CONST PLUNGE = 120mm/min");
     if runs.iter().any(|run| run.kind != Kind::Holes) {

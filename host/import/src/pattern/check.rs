@@ -18,11 +18,6 @@ pub(super) fn needed(profile: &Profile, axis: Axis) -> Result<&AxisProfile, Stri
         .ok_or_else(|| format!("the machine `{}` has no axis {}", profile.name, axis.letter()))
 }
 
-/// Where Z counts downward, deeper is more.
-pub(super) fn is_downward(z: &AxisProfile) -> bool {
-    z.max_um > 0 && z.min_um >= 0
-}
-
 /// What lies outside of the travel, in words.
 pub(super) fn travel(pattern: &Pattern, points: &[Point], profile: &Profile) -> Vec<String> {
     let mut notes = Vec::new();
@@ -41,8 +36,8 @@ pub(super) fn travel(pattern: &Pattern, points: &[Point], profile: &Profile) -> 
         ));
     }
     if let (Some(down), Some(z)) = (&pattern.work.down, &profile.z) {
-        let sign = if is_downward(z) { 1 } else { -1 };
-        let ends = [down.surface + sign * down.depth, down.surface - sign * down.clear];
+        let up = i64::from(z.upward());
+        let ends = [down.surface - up * down.depth, down.surface + up * down.clear];
         if let Some(um) = ends.into_iter().find(|um| outside(Axis::Z, *um)) {
             notes.push(format!("Z {} lies outside of the machine's travel", mm(um)));
         }

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use lang::axis::Axis;
-use lang::profile::{OutputRole, Profile};
+use lang::profile::{AxisProfile, OutputRole, Profile};
 
 use super::table::{Row, check_name, text as table_text, words};
 use super::{Act, Down, MAX_UM, Pattern, Point, Shape, Written, check};
@@ -184,7 +184,7 @@ impl<'a> Writer<'a> {
         let Some(down) = &self.pattern.work.down else { return };
         let surface = self.fresh("SURFACE");
         let Some([bottom, above, plunge]) = self.down.clone() else { return };
-        let downward = self.profile.z.as_ref().is_some_and(check::is_downward);
+        let downward = self.profile.z.as_ref().is_some_and(AxisProfile::counts_down);
         let (deeper, higher) = if downward { ("+", "-") } else { ("-", "+") };
         self.script
             .remarked(&format!("CONST {surface} = {}", mm(down.surface)), "Z of the surface");

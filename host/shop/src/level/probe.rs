@@ -25,17 +25,18 @@ pub struct Probe {
 /// What is wrong, in words.
 pub fn probe(wish: &Probe, profile: &Profile) -> Result<String, String> {
     let Probe { low, high, count, lift, deepest } = *wish;
-    if profile.z.is_none() {
+    let Some(z) = &profile.z else {
         return Err(format!("the machine {} has no Z", profile.name));
-    }
+    };
     if low[0] >= high[0] || low[1] >= high[1] {
         return Err("the second corner lies right of and above the first".to_owned());
     }
     if count.iter().any(|n| !(2..=200).contains(n)) {
         return Err("a grid has 2 to 200 columns and rows".to_owned());
     }
-    if deepest >= lift {
-        return Err("it is probed from the lift downward".to_owned());
+    if f64::from(z.upward()) * (lift - deepest) <= 0.0 {
+        let down = if z.counts_down() { ", and Z of this machine counts downward" } else { "" };
+        return Err(format!("it is probed from the lift downward{down}"));
     }
     let [columns, rows] = count;
     Ok(format!(

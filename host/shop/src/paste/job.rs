@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use lang::profile::Profile;
+use lang::profile::{AxisProfile, Profile};
 
 use super::beads::Bead;
 use super::dots::Dot;
@@ -39,6 +39,8 @@ pub fn script(
     let valve = output(profile, &needle.output)?;
     let suck = needle.suck.as_ref().map(|suck| output(profile, suck)).transpose()?;
     let probe = needle.probe.as_ref().map(|probe| input(profile, probe)).transpose()?;
+    // A height above something is added to its Z, or taken from it where Z counts downward.
+    let up = if profile.z.as_ref().is_some_and(AxisProfile::counts_down) { '-' } else { '+' };
     let mut lines = vec![
         format!(
             "' {} on {} pads, by pasapas paste of {}.",
@@ -82,9 +84,9 @@ pub fn script(
     lines.push(text("SetOut valve, OFF"));
     lines.extend(suck.map(|_| text("SetOut suck, OFF")));
     lines.push(text("G0 Z[CLEAR]"));
-    lines.push(text("low = BOARD + GAP"));
+    lines.push(format!("low = BOARD {up} GAP"));
     if let (Some([x, y, z]), Some(_)) = (needle.touch, probe) {
-        let limit = (z - TIP).max(Needle::lowest(profile));
+        let limit = Needle::below(profile, z, TIP);
         lines.push(text("' How long this needle is: low follows its tip."));
         lines.push(format!("G0 X{} Y{}", plain(x), plain(y)));
         lines.push(format!("Probe Z, {}, 2mm/s, touching, ON", mm(limit)));
@@ -109,7 +111,7 @@ pub fn script(
         lines.push(format!("  Pulse valve, {}ms", needle.ms));
         lines.push(text("  back"));
         lines.push(text("  given = given + 1"));
-        lines.push(text("  G0 Z[low + LIFT]"));
+        lines.push(format!("  G0 Z[low {up} LIFT]"));
         lines.push(text("NEXT"));
     }
     if let (Some(bead), false) = (&needle.bead, beads.is_empty()) {
@@ -130,7 +132,7 @@ pub fn script(
             thread => format!("  SYNC SetOut valve, OFF, {}", mm(thread)),
         });
         lines.push(text("  back"));
-        lines.push(text("  G0 Z[low + LIFT]"));
+        lines.push(format!("  G0 Z[low {up} LIFT]"));
         lines.push(text("NEXT"));
     }
     for line in [

@@ -156,9 +156,11 @@ impl Needle {
             let hint = "lift is 0.05 to 100 mm".to_owned();
             return Err(("lift", format!("lift is {}", self.lift), hint));
         }
-        if self.board + self.gap() + self.lift > self.clearance {
+        let up = f64::from(z.upward());
+        if up * (self.clearance - self.board) < self.gap() + self.lift {
             let words = "the needle lifts above the clearance".to_owned();
-            return Err(("clearance", words, "clearance lies above board and lift".to_owned()));
+            let down = if z.counts_down() { "; Z of this machine counts downward" } else { "" };
+            return Err(("clearance", words, format!("clearance lies above board and lift{down}")));
         }
         Ok(())
     }
@@ -199,9 +201,11 @@ impl Needle {
         PI / 12.0 * self.dot.powi(3) / self.stencil
     }
 
-    /// Lowest Z of the machine, mm.
-    pub(super) fn lowest(profile: &Profile) -> f64 {
-        profile.axis(Axis::Z).map_or(0.0, |z| f64::from(z.min_um) / 1000.0)
+    /// The Z of the machine that lies `deep` mm below `z`, as far as its travel goes.
+    pub(super) fn below(profile: &Profile, z: f64, deep: f64) -> f64 {
+        let Some(own) = profile.axis(Axis::Z) else { return z };
+        let [low, high] = [own.min_um, own.max_um].map(|um| f64::from(um) / 1000.0);
+        (z - f64::from(own.upward()) * deep).clamp(low, high)
     }
 }
 

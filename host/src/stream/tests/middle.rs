@@ -56,6 +56,24 @@ fn a_job_that_goes_on_in_the_middle_comes_there_dark_and_lifted() {
     assert_eq!(stand.motors(), [3000, 2000, -200]);
 }
 
+/// Where Z counts downward the least number is the highest place: nothing is driven through the work on the way.
+#[test]
+fn a_machine_that_counts_downward_lifts_to_less() {
+    let text = "PROFILE \"charly\"\nG0 Z5\nF600\nG0 X20 Y10\nG1 Z12\nG1 X30\nG1 Y20\n";
+    let (program, compiled) = compile(text);
+    let mut job = Job::new(Feed::new(&compiled).expect("streamable"), 180);
+    let mut track = Track::new(&program.profile, [0; 3], 0);
+    job.skip(from_line(6), &mut track).expect("the state is known");
+    let legs = |there: i32, lift: Option<i32>| -> Vec<Option<i32>> {
+        let way = track.approach([0, 0, there], [0; 3], lift).expect("a way");
+        way.legs.iter().map(|leg| leg[2].map(|place| place.um)).collect()
+    };
+    assert_eq!(legs(800, None), [Some(5_000), None, Some(12_000)]);
+    assert_eq!(legs(800, Some(2_000)), [Some(2_000), None, Some(12_000)]);
+    // Never down first.
+    assert_eq!(legs(0, Some(2_000)), [None, Some(12_000)]);
+}
+
 #[test]
 fn the_boards_own_zero_says_where_a_zeroed_job_lies() {
     let (program, compiled) = compile("G92 X0 Y0\nG0 Z5\nF600\nG1 X10\nG1 Y10\n");

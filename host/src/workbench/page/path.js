@@ -67,8 +67,7 @@ export class PathView {
 		return [[c, -s, 0], [s * st, c * st, z * ct]];
 	}
 	#isDown() {
-		const axis = this.machine?.axes.find(own => own.axis === 'Z');
-		return !!axis && axis.low >= 0 && axis.high > 0;
+		return this.machine?.axes.find(own => own.axis === 'Z')?.down ?? false;
 	}
 	// Places that are marked, in mm: `spots`, where a pattern would go to; `taught`, [{ name, at }].
 	show(kind, places) {

@@ -100,8 +100,8 @@ export class Pattern {
 		const z = of('Z');
 		if (!z) { this.down.checked = false; this.depths.hidden = this.turns.hidden = true; return; }
 		// Where Z counts downward its upper end is the lower number.
-		const down = z.low >= 0 && z.high > 0, room = Math.min(10, (z.high - z.low) / 3);
-		set('surface', down ? z.low + room : z.high - room);
+		const room = Math.min(10, (z.high - z.low) / 3);
+		set('surface', z.down ? z.low + room : z.high - room);
 	}
 	#told(error) {
 		text(this.words, error.message);

@@ -151,7 +151,7 @@ export class Teach {
 		const z = to.find(([letter]) => letter === 'Z');
 		if (!z) return to;
 		const axis = axes.find(own => own.axis === 'Z'), k = this.letters.indexOf('Z');
-		const up = axis.home_low ? Math.min : Math.max;
+		const up = axis.down ? Math.min : Math.max;
 		const top = up(...this.rows.map(own => own.at[k]), Math.round((pos.Z ?? 0) * axis.step_mm * 1000));
 		return [['Z', Math.round(top / 1000 / axis.step_mm)], ...to.filter(own => own !== z), z];
 	}
