@@ -284,7 +284,7 @@ impl Part {
         let courses = image.has_courses() && self.lacks_feature(feature::COURSE);
         let courses = courses.then_some(Lack::Feature(feature::COURSE));
         let extra = image.extra().fold(0, |all, (_, feature)| all | feature) & !self.features;
-        let extra = [feature::RETRY, feature::MATHS, feature::ACTIONS]
+        let extra = [feature::RETRY, feature::MATHS, feature::ACTIONS, feature::AOUT]
             .into_iter()
             .filter(move |bit| extra & bit != 0);
         self.header_lacks(&image.header, image.events())
@@ -379,6 +379,7 @@ impl core::fmt::Display for Lack {
             Lack::Feature(feature::POWER) => "a laser's power (S); M3 and M5 alone switch it",
             Lack::Feature(feature::RETRY) => "RESUME, which runs the failed statement again",
             Lack::Feature(feature::ACTIONS) => "actions on the way (SYNC, M62, M63)",
+            Lack::Feature(feature::AOUT) => "an analog output (SetAout, M67, M68)",
             Lack::Feature(feature::MATHS) => "SIN, COS, ATAN2 and SCALE",
             Lack::Feature(feature::ANALOG) => "analog inputs ([[analog]] in the profile)",
             Lack::Feature(feature::LINES) => "error handlers (ON ERROR)",

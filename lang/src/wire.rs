@@ -269,6 +269,8 @@ pub const UNWIRED: u16 = 255;
 /// [`TRACE_MODE`] with a queue.
 pub const TRACE_QUEUED: u16 = 2;
 
+/// [`TraceKind::Aout`]'s argument: the value is one of steps of a share, not mV.
+pub const TRACE_SHARE: u8 = 1 << 6;
 /// [`TraceKind`] arguments: the outcome was good.
 pub const TRACE_OK: u8 = 0x80;
 

@@ -21,6 +21,7 @@ macro_rules! register_rows {
                 CNC_STATUS: InputRegisters 3000 + 5, 0;
                 OWN_INPUT: InputRegisters 5000 + 200, 0;
                 COMMAND: Holding 2000 + 21, WRITABLE;
+                AOUTS: Holding 2150 + 8, WRITABLE;
                 OUTPUTS: Holding 2160 + 1, WRITABLE;
                 POSITIONS: Holding 2400 + 12, WRITABLE | LONG;
                 SPEEDS: Holding 2412 + 12, 0;
@@ -29,7 +30,7 @@ macro_rules! register_rows {
                 KEEPS: Holding 4000 + 16, WRITABLE | LONG;
                 OWN: Holding 5000 + 200, WRITABLE;
                 PROFILE_WINDOW: Holding 5200 + 32, WRITABLE;
-                PROFILE_MORE: Holding 5240 + 16, WRITABLE;
+                PROFILE_MORE: Holding 5240 + 21, WRITABLE;
                 LIBRARY: Holding 6000 + 1024, 0;
                 TRACE_QUEUE: Holding 7100 + 352, 0;
                 UPLOAD_WINDOW: Holding 8000 + 1536, WRITABLE;

@@ -317,7 +317,7 @@ impl<'a> Inference<'_, 'a> {
             Machine::Sync { list, lead, .. } => list.iter().chain(lead).for_each(|e| {
                 self.expr(e);
             }),
-            Machine::Plain(_, list) => list.iter().for_each(|e| {
+            Machine::Plain(_, list) | Machine::SetAout(list) => list.iter().for_each(|e| {
                 self.expr(e);
             }),
             Machine::MoveSpeed(_, e) | Machine::SetPos(_, e) | Machine::Motors(e, _) => {
