@@ -1,8 +1,8 @@
-//! Interrupts of the RS-485 line, beside those of the back channel in `link.rs`.
+//! Interrupts of the RS-485 line; those of the back channel are in `link.rs`.
 //!
-//! The transceiver drives from the first character of a reply to the end of its last one: one character's time
-//! behind the interrupt that finds nothing more to send, and as long as the UART is busy. What comes meanwhile is
-//! the line's own echo, or nobody's. A frame ends, and a reply begins, 3.5 characters behind the last character, above
+//! The transceiver drives from the first character of a reply until one character's time after the interrupt that finds
+//! nothing more to send, and as long as the UART is busy. Characters received meanwhile are the line's own echo or belong
+//! to no frame. A frame ends, and a reply begins, 3.5 characters after the last character, above
 //! 19200 bit/s 1.75 ms (Modbus over Serial Line V1.02, 2.5.1.1).
 
 use crate::chip::{ports, rs485, timer};

@@ -1,13 +1,13 @@
 //! Pins that stop the step engine by themselves: the emergency stop, and reference switches
 //! as limit switches of the direct wiring.
 //!
-//! The main loop looks at its inputs once in a millisecond and may plan a chord meanwhile. Interrupts
-//! empty the engine instead: that of the port at the pin's edge, and the millisecond's, which reads the
-//! chain as long as something there may stop the machine. The step that is armed comes, whole, because
-//! it was counted; none follows. What follows from it (faults, outputs, homed axes) is the main loop's:
-//! until it has called [`release`] the engine takes no segment and is said to run.
+//! The main loop reads its inputs once in a millisecond and may be planning a chord meanwhile, so interrupts
+//! empty the engine: the port's interrupt at the pin's edge, and the millisecond's, which reads the
+//! chain as long as something there may stop the machine. The step that is already armed is made, whole, because
+//! it was counted; none follows. The consequences (faults, outputs, homed axes) are the main loop's:
+//! until it has called [`release`] the engine takes no segment and counts as running.
 //!
-//! A pin that does not answer any more when the interrupt looks at it, a disturbance of 1 us or so,
+//! A pin that does not answer any more when the interrupt reads it, a disturbance of 1 us or so,
 //! stops nothing. The port's interrupt takes 122 cycles; that of the millisecond lets others come between.
 
 use core::arch::global_asm;

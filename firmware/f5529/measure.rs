@@ -1,13 +1,13 @@
-//! What a self-test asks of the pins: TA2 counts edges, or captures them, without any help of the processor.
+//! Pin measurements for the self-test: TA2 counts edges, or captures them, without any help of the processor.
 //!
-//! Counting: STEP is wired to P2.2, TA2's clock input. Each rising edge is one count, whatever the step engine says that it
-//! has made.
+//! Counting: STEP is wired to P2.2, TA2's clock input. Each rising edge is one count, independent of what the step engine
+//! reports.
 //!
-//! Capturing: TA2.0 takes the time of edges at P2.3, TA2.1 that of edges at P2.4. The main loop looks at both registers now
+//! Capturing: TA2.0 takes the time of edges at P2.3, TA2.1 that of edges at P2.4. The main loop reads both registers now
 //! and then; two reads that agree are the last edge of each kind. The later one less the earlier one is a sample of the time
-//! from the one kind to the other. Edges that come between two looks are not seen, so shortest and longest are of samples.
-//! Only with ticks of eight cycles, where the timer goes round in 21 ms, samples whose edges are 5 ms old are left out:
-//! with ticks of one cycle it goes round in 2.6 ms, and what is measured must alternate faster than that.
+//! from the one kind to the other. Edges between two reads are missed, so shortest and longest are those of samples.
+//! With ticks of eight cycles, where the timer wraps after 21 ms, samples whose edges are 5 ms old are left out. With
+//! ticks of one cycle it wraps after 2.6 ms, so the measured edges must alternate faster than that.
 
 use crate::chip::capture;
 use core::ptr::addr_of_mut;

@@ -1,6 +1,6 @@
-//! What an observer of the chip sees: a routine that does nothing, called at the instant of each effect
-//! with what the effect is. The emulator stops in front of it and reads its arguments; nothing is
-//! waited for, so that a run takes the same time whether somebody looks or not.
+//! The hook for an observer of the chip: a routine that does nothing, called at the instant of each effect
+//! with the effect's code and arguments. The emulator stops in front of it and reads the arguments. The firmware never
+//! waits for it, so an observed run takes exactly as long as an unobserved one.
 
 use core::arch::global_asm;
 

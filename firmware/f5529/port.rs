@@ -1,4 +1,5 @@
-//! The MSP430F5529 as the machine sees it. The handle has no size; each method is a function of this image.
+//! The MSP430F5529 as the machine sees it ([`firmware::machine::chip`]). The handle has no size; each method is a function of
+//! this image.
 
 use crate::boot;
 use crate::chain;

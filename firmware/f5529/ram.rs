@@ -1,4 +1,4 @@
-//! RAM that programs and streamed pieces use, and where the core of the VM looks for it and for its registers.
+//! RAM of programs and streamed pieces, and the addresses at which the VM's core finds it and its registers.
 
 use crate::port::F5529;
 use core::mem::offset_of;

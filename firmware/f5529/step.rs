@@ -5,11 +5,15 @@
 //! next event, ends the pulses, looks at the inputs, arms the axes that step next and, last of all, writes the time
 //! into the compare registers. Interrupt latency is therefore no jitter as long as that is early enough. When it is
 //! not, the event is postponed by 2 us and counted ([`late`]): no step is lost, and neither a pulse nor the pause
-//! behind it gets shorter than promised.
+//! after it gets shorter than promised.
+//!
+//! The time of an event is a compare register with a fraction below it, 1/65536 ticks. Each event adds the interval to it
+//! and the segment's change to the interval, so nothing is rounded away and a segment lasts what was planned.
 //!
 //! Two kinds of handlers:
 //! - *path*: all axes on one event stream, channel 0's; each axis adds its increment to an accumulator
-//!   and steps on the carry;
+//!   and steps on the carry: Bresenham's line, as in grbl's stepper interrupt, with 2^32 in place of the number of events,
+//!   so that a step takes two additions and no comparison;
 //! - *single*: each axis has an event stream of its own on its own compare register.
 //!
 //! DIR changes 1 us after STEP has ended, and the next step of that axis comes `dir_setup_us` later at the earliest.

@@ -1,12 +1,12 @@
-//! The check of an image in assembly: held to [`firmware::verify`]'s model, a quarter of
-//! what the compiler makes of that.
+//! The check of an image in assembly, a quarter of the size of compiled code. Tests compare it with [`firmware::verify`]'s
+//! model.
 //!
 //! | register | holds |
 //! |---|---|
 //! | r4 | instruction |
 //! | r5 | its code |
 //! | r6 | its entry of [`SHAPES`] |
-//! | r7 | the instruction behind it |
+//! | r7 | the instruction after it |
 //! | r8 | values that it takes |
 //! | r9 | depth of the expression stack |
 //! | r10 | scratch memory: [`SCRATCH`] bytes |

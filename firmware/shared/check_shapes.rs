@@ -1,5 +1,4 @@
-//! The instructions as the image check sees them: [`lang::isa`]'s table in as few bytes as the part
-//! allows.
+//! The operands and stack effects of [`lang::isa`]'s instructions for the image check, packed into few bytes.
 
 use crate::vm::PART;
 use firmware::verify::feature_of;

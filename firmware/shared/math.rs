@@ -397,6 +397,16 @@ pasapas_crc16:
     .short 0x0f5c
     xor crc16_steps(r14), r12
     ret
+    /* r12 CRC, r13 word, high byte first */
+    .global pasapas_crc16_word
+pasapas_crc16_word:
+    mov r13, r15
+    swpb r13
+    and #0xff, r13
+    and #0xff, r15
+    call #pasapas_crc16
+    mov r15, r13
+    jmp pasapas_crc16
 
     .section .rodata.crc16,"a",@progbits
 module.math$crc16_steps:
@@ -424,6 +434,7 @@ crc16_steps:
 #[cfg(feature = "f5529")]
 unsafe extern "C" {
     fn pasapas_crc16(crc: u16, byte: u16) -> u16;
+    fn pasapas_crc16_word(crc: u16, word: u16) -> u16;
     fn pasapas_mul_div(a: u32, b: u32, c: u32) -> u32;
 }
 
@@ -441,4 +452,12 @@ pub fn mul_div(a: u32, b: u32, c: u32) -> u32 {
 pub fn crc16(crc: u16, byte: u8) -> u16 {
     // SAFETY: a pure function of its register arguments.
     unsafe { pasapas_crc16(crc, u16::from(byte)) }
+}
+
+/// The same of a word, high byte first.
+#[cfg(feature = "f5529")]
+#[inline(always)]
+pub fn crc16_word(crc: u16, word: u16) -> u16 {
+    // SAFETY: a pure function of its register arguments.
+    unsafe { pasapas_crc16_word(crc, word) }
 }

@@ -1,6 +1,6 @@
 //! The VM's core in assembly: token threading, 32-bit operations with overflow checks.
 //!
-//! Its twin is `lang::vm`; the opcode table is `lang::isa`. The core runs the pure instructions
+//! `lang::vm` is the reference model; the opcode table is `lang::isa`. The core runs the pure instructions
 //! that are worth their bytes here and leaves with the code of everything else: effects, and the
 //! few pure instructions that the main loop does in Rust (`vm.rs`).
 //!

@@ -1,8 +1,8 @@
-//! Analog inputs: filter, voltage, and the inputs that two levels make of them.
+//! Analog inputs: filter, voltage, and digital inputs made of them by two thresholds.
 //!
 //! A sample is the sum of four conversions of 12 bits in one millisecond, 0 to [`FULL`], against the supply of
-//! [`RANGE_MV`]. The filter is of the first order: each millisecond the value goes on by the difference, divided by a power of
-//! two, so a step is followed to 63 % within that many milliseconds. It moves by 1 at least, so it arrives exactly.
+//! [`RANGE_MV`]. The filter is of the first order: each millisecond the value moves by the difference divided by a power of
+//! two, so it follows a step to 63 % within that many milliseconds. It moves by 1 at least, so it arrives exactly.
 
 use lang::record::ThresholdRecord;
 

@@ -1,13 +1,12 @@
 //! KEEP values: a ring of records in the last two flash segments.
 //!
-//! A record holds all the values that a program keeps: a word with what tells its declarations from
-//! others' ([`MachineRecord::keeps`](lang::record::MachineRecord::keeps)) and, in the low byte, its
-//! number, the values, the CRC of the bytes before. The records of a program follow
-//! one another up to the area's end and then begin anew; the newest one that is sound counts, and
-//! records with another mark are another program's. What a new record crosses into is erased first,
-//! which is never where the newest lies. Each word is written once between two erases: a single
+//! A record holds all values that a program keeps: first a word with a mark of the program's KEEP declarations
+//! ([`MachineRecord::keeps`](lang::record::MachineRecord::keeps)) and, in the low byte, the record's number; then the values;
+//! then the CRC of the bytes before. Records follow one another to the end of the area and then begin anew. The newest
+//! record with a right CRC counts; a record with another mark is another program's. The segment that a new record crosses
+//! into is erased first; the newest record never lies in it. Each word is written once between two erases. A single
 //! value that changes once a second takes 128 records for both segments, so their 10^4 erases last
-//! two weeks of steady change, and two years where it changes once a minute (firmware/README.md).
+//! two weeks of steady change, and two years if it changes once a minute (firmware/README.md).
 
 use crate::store::{Flash, SEGMENT};
 use lang::wire::{CRC_START, crc16};

@@ -1,4 +1,4 @@
-//! The hardware-free half of the firmware: everything that host tests can run.
+//! The part of the firmware that needs no hardware. Host tests run all of it.
 #![cfg_attr(not(any(test, feature = "physics")), no_std)]
 #![deny(unsafe_code)]
 

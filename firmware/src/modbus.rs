@@ -1,8 +1,8 @@
-//! The Modbus RTU slave: one request, checked whole, then its reply made while it is sent.
+//! The Modbus RTU slave: checks a whole request, then computes the reply while it is sent.
 //!
-//! There is one buffer of [`FRAME`] bytes. A request is received into it; once it is understood,
+//! There is one buffer of [`FRAME`] bytes. A request is received into it. Once it is understood,
 //! only an address and a count are kept and the buffer becomes the ring from which the reply is
-//! sent, so a reply may be longer than RAM is wide (64 registers are 133 bytes).
+//! sent, so the longest reply (125 registers are 255 bytes) needs no buffer of its size.
 //! Source: Modbus Application Protocol V1.1b3 (functions, exceptions), Modbus over Serial Line
 //! V1.02 (address, CRC, broadcast).
 
@@ -24,11 +24,20 @@ pub trait Line {
     fn room(&self) -> u8;
     /// Appends a byte to the reply; only called when there is room.
     fn put(&mut self, byte: u8);
+    /// Appends a word, high byte first; only called when there is room for both.
+    fn put_word(&mut self, word: u16) {
+        self.put((word >> 8) as u8);
+        self.put(word as u8);
+    }
     /// Nothing more will be put; the line listens again once all is sent.
     fn finish(&mut self);
     /// One byte more into a CRC.
     fn crc(crc: u16, byte: u8) -> u16 {
         crc16(crc, byte)
+    }
+    /// A word more into a CRC, high byte first.
+    fn crc_word(crc: u16, word: u16) -> u16 {
+        Self::crc(Self::crc(crc, (word >> 8) as u8), word as u8)
     }
 }
 
@@ -327,8 +336,8 @@ impl Slave {
     }
 
     fn put_word<L: Line>(&mut self, line: &mut L, word: u16) {
-        self.put(line, (word >> 8) as u8);
-        self.put(line, word as u8);
+        self.crc = L::crc_word(self.crc, word);
+        line.put_word(word);
     }
 
     fn end<L: Line>(&mut self, line: &mut L) {

@@ -14,6 +14,11 @@
 //!   retargeted on the fly.
 //! - `physics` (feature `physics`): checks a record of steps against ramps, for tests.
 //!
+//! # Names
+//! `v` is a speed, a name that ends in 2 the square of one (`exit2`, `start2`, `nominal2`), a name that ends in `_um`, `_us`,
+//! `_ms` or `_s` has that unit. Path units are um, um/s and um/s2; an axis on its own counts in steps. `accel2` and
+//! `decel2` are what v^2 grows and falls by over one event, `tick` is the interval in timer ticks at speed 1.
+//!
 //! # Speeds and ramps
 //! With squared speeds a constant acceleration is a constant sum, so a segment of `n` events ends
 //! at `v1^2 = min(v0^2 + 2 a n, nominal^2, exit^2 + 2 d left)`: ramp up, cruise and brake in one

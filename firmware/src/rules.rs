@@ -1,7 +1,7 @@
-//! Rules of the machine that every chip keeps, each written once. rustc compiles them for the host and the larger
-//! chip; `firmware/lower` makes micro-code of the same functions for the small one, whose page says what may stand
-//! here. What a chip does its own way is a leaf, a function of [`Machine`]. [`planner`], [`segments`] and [`stops`] are the
-//! small chip's alone.
+//! Rules of the machine that hold on every chip, each written once. rustc compiles them for the host and the larger
+//! chip; `firmware/lower` makes micro-code of the same functions for the small one, and its page describes the subset of
+//! Rust allowed here. What differs between chips is a *leaf*, a method of [`Machine`] that each chip implements. [`planner`],
+//! [`segments`] and [`stops`] run on the small chip only.
 
 pub mod axes;
 pub mod commands;

@@ -1,4 +1,4 @@
-//! What a run has come to: the state behind the rules of [`crate::rules::session`] on the host and the larger chip.
+//! The state of a run, for the rules of [`crate::rules::session`] on the host and the larger chip.
 
 use lang::fault::Fault;
 use lang::wire::{End, RunState};

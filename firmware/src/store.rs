@@ -1,13 +1,12 @@
 //! The program store: images in flash segments.
 //!
-//! A slot begins at a segment: commit word, spare word, on parts with a library what the program is called, image. The
-//! commit word is written last and carries a sequence number, so of two committed slots of one
-//! program the later one is it. A word that was cut short may read well once and badly later, or the
-//! other way round: at the next reset it is written again where it reads well, which settles it and
-//! is told by the spare word, before the older slot is discarded; where it does not, the slot is
-//! discarded.
+//! A slot begins at a segment: commit word, spare word, on parts with a library the program's name, image. The
+//! commit word is written last and carries a sequence number; of two committed slots of one
+//! program the later one counts. A commit word whose write was cut short may read right once and wrong later, or the
+//! other way round. At the next reset it is written again if it reads right, and the spare word records that,
+//! before the older slot is discarded; if it reads wrong, the slot is discarded.
 //!
-//! A part with one program has the last two segments for images that use no KEEP, or the KEEP values
+//! A part with one program uses the last two segments for images without KEEP, or for the KEEP values
 //! ([`crate::keep`]). In a library each slot of a program with KEEP ends with two segments for its values.
 
 use lang::part;

@@ -1,5 +1,5 @@
-//! An image in the chip's memory: its parts, its CRC, and what the check of its code counts on. That check is
-//! assembly, `shared/check.rs`; [`model`] is what it is held to.
+//! An image in the chip's memory: its parts, its CRC, and what the check of its code relies on. That check is
+//! assembly, `shared/check.rs`; tests compare it with [`model`].
 
 #[cfg(any(test, feature = "physics"))]
 pub mod model;

@@ -477,11 +477,12 @@ fn each_millisecond_that_is_served_late_counts_once() {
             board.poke16(millis, board.peek16(millis).wrapping_add(stood));
             board.run_us(50_000);
             let now = read(&mut board, wire::MISSED_DEADLINES).expect("an answer");
-            // All but the last two, and those that pass meanwhile.
+            // All but the last two, and those that pass meanwhile: as serving one takes at most an eighth of one (0.119 ms on
+            // the F5529), n of them take n / 8, what passes in that time an eighth of it again, together n / 7.
             let least = stood - stood.min(2);
             let counted = now - before;
             println!("{}, {stood} ms: {counted}", build.name);
-            let most = least + 1 + stood / 8;
+            let most = least + 1 + stood / 7;
             assert!((least..=most).contains(&counted), "{}, {stood} ms: {counted}", build.name);
             before = now;
         }

@@ -1,8 +1,8 @@
-//! Arcs as chords, for parts that draw none: G2 and G3 whose words are constants become G1 when a
-//! program is compiled. All engines run what comes out of this, so their traces have each chord.
+//! Arcs as chords, for parts that have no arcs: G2 and G3 with constant words become G1 when a
+//! program is compiled. All engines run the result, so their traces contain each chord.
 //!
-//! [`curve`] makes the chords of one arc, within the profile's tolerance; [`known`] says where the
-//! arc begins. What cannot be known before the run is refused by [`Why`].
+//! [`curve`] makes the chords of one arc, within the profile's tolerance; [`known`] finds where the
+//! arc begins. An arc whose beginning is not known before the run is refused with a [`Why`].
 
 mod curve;
 mod known;

@@ -1,8 +1,8 @@
-//! A Modbus RTU master for our own registers: what `upload`, `status`, `jog` and the engine
-//! `board` talk through.
+//! Modbus RTU master for the board's registers: `upload`, `status`, `jog`, the engine
+//! `board` and all other commands use it.
 //!
 //! Every exchange ends: a reply is waited for at most [`Patience::reply`] on the link's own clock,
-//! a lost one is asked for again, and noise is read past until the time is over.
+//! a lost one is asked for again, and noise is skipped until the time is over.
 
 pub mod axes;
 mod error;

@@ -1,11 +1,17 @@
-//! Slow points: corner speeds that the host computes before the run, for a part that knows no line ahead
+//! Slow points: corner speeds that the host computes before the run, for a part without look-ahead
 //! ([`lang::image::course`]).
 //!
-//! [`walk`] follows the program as far as nothing that it does hangs on an answer of the machine, and gives its
-//! courses, series of G1 with nothing between them but F that looks at the machine or acts on it. [`bounds`] says how fast each of their
-//! lines may end, with all that is behind it, once [`join`] has made one of those that are too short; [`points`] puts that
-//! into the fewest entries. What is left of them is
-//! [`held`] against every course once more, as the chip will take them; a simulated machine takes the same [`LineEnds`].
+//! A look-ahead planner needs memory for the lines ahead, which the MSP430G2553 with its 512 bytes does not have. So the
+//! host does that part of the work when it compiles:
+//!
+//! 1. [`walk`] runs the program as long as it does not depend on an answer of the machine. It collects the *courses*: series
+//!    of G1 with nothing between them that reads the machine or acts on it, except F.
+//! 2. [`join`] makes one line of consecutive lines that are too short for the chip to plan one by one.
+//! 3. [`bounds`] computes how fast each line may end: the backward and the forward pass of a look-ahead planner.
+//! 4. [`window`] limits that to speeds at which the chip has planned the next line in time.
+//! 5. [`points`] writes the speeds as entries, in as few bytes as they are worth.
+//! 6. [`held`] plays the entries against every course as the chip will, and drops what would let a line end too fast.
+//!    A simulated machine takes the same [`LineEnds`].
 
 mod bounds;
 pub(crate) mod costs;
@@ -80,8 +86,8 @@ impl Pace {
         Work { planned: self.planned_s(next), segment: SEGMENT_S, shaped: SHAPED_S, event }
     }
 
-    /// The speed that a line of this shape may have at its beginning and its end so that the next one comes in time, um/s;
-    /// 0 for none.
+    /// The speed, um/s, that a line of this shape may have at its beginning and its end so that the next one is planned in time
+    /// ([`window`]); 0 for none.
     fn passed(&self, shape: &Geometry, line: &Line, next: &Line) -> f64 {
         let (events, length) = (number(shape.events), number(shape.length));
         let (feed, top) = (number(shape.feed), number(shape.top));

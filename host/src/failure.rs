@@ -1,4 +1,4 @@
-//! What makes a command end with an exit code other than 0.
+//! Failures of commands, and their exit codes.
 
 use std::io;
 

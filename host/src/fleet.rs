@@ -1,4 +1,4 @@
-//! Boards behind gateways, seen together: which there are, how each stands, and in what they differ.
+//! All boards behind gateways together: which there are, their state, and their differences.
 
 use std::collections::HashMap;
 

@@ -1,6 +1,6 @@
-//! The gateway: boards on several lines, programs of others on several protocols.
+//! The gateway: boards on several lines, clients on several protocols.
 //!
-//! Each line has a thread of its own ([`line`]), which asks for everybody in turns. The servers are
+//! Each line has a thread ([`line`]), which serves all clients in turns. The servers are
 //! tasks of one thread: they wait, and hold little for each client. `rights` says who may write what.
 
 mod backoff;

@@ -1,14 +1,14 @@
-//! A Grbl 1.1h server: the programs that drive a Grbl controller drive a board of this project.
+//! A Grbl 1.1h server: programs for a Grbl controller drive a board of this project.
 //!
 //! [`session`] is Grbl's protocol without any input or output: bytes of a client go in, answers and
-//! [orders](order::Order) for the machine come out, and a [`View`](desk::View) says how the machine
-//! stands. So it can be tested with thousands of generated sessions. A session resolves everything that
-//! G-code keeps between lines (units, offsets, relative words, arcs), so that the machine gets plain
+//! [orders](order::Order) for the machine come out, and a [`View`](desk::View) has the state of the
+//! machine. So it can be tested with thousands of generated sessions. A session resolves everything that
+//! G-code keeps between lines (units, offsets, relative words, arcs), so the machine gets plain
 //! machine coordinates, as a streamed job ([`crate::stream`]): there is no second planner here.
 //!
 //! Two threads do the rest. [`serve`] reads the client's port ([`port`]) and runs the session; [`drive`]
-//! owns the board and feeds it. They meet at a [`Desk`](desk::Desk): status is answered from memory, and
-//! a hold or a stop waits for nobody.
+//! owns the board and feeds it. They share a [`Desk`](desk::Desk): status is answered from memory, and
+//! a hold or a stop does not wait for anything.
 
 mod arc;
 mod block;

@@ -1,5 +1,5 @@
-//! What a gateway tells of itself and of its boards: its unit's registers and files, for the gateway that serves
-//! them and for every tool that asks.
+//! Status of a gateway and of its boards: its unit's registers and files, for the gateway that serves
+//! them and for every tool that reads them.
 
 pub mod counters;
 pub mod known;

@@ -1,9 +1,9 @@
-//! The one owner of a port: whoever wants something of the board asks here.
+//! The port's one owner: all users of a board send their requests here.
 //!
-//! A thread of its own holds the [`Client`]. Requests of many users are served in turns, a request of
-//! each; [`Helm::stop`] comes before all of them and between the exchanges of a long one. Between
-//! requests the owner looks at the board and shows one [`Picture`] of it to everybody, with a
-//! [log](Entry) of what happened. A held jog ([`Hold`]) lives on accepted keep-alives alone.
+//! A thread holds the [`Client`]. Requests of many users are served in turns, one request of
+//! each; [`Helm::stop`] goes before all of them and between the exchanges of a long one. Between
+//! requests the owner polls the board and publishes one [`Picture`] of it to all users, with a
+//! [log](Entry) of what happened. A held jog ([`Hold`]) goes on only while its keep-alives are accepted.
 
 pub mod follow;
 mod hold;

@@ -1,4 +1,4 @@
-//! Ctrl-C and SIGTERM: what runs long comes to its end, and writes what it has.
+//! Ctrl-C and SIGTERM: a long command ends early and writes what it has.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock};

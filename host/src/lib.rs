@@ -1,7 +1,7 @@
 //! The `pasapas` tool as a library, so that tests and the bench run the same code.
 //!
-//! [`cmd`] is the command line, one file for each command; the rest knows nothing of it. Without the
-//! feature `desktop` what remains is what a web page can do: check, simulate, draw, help to write.
+//! [`cmd`] is the command line, one file for each command; the rest does not depend on it. Without the
+//! feature `desktop` only what a web page can do remains: check, simulate, draw, edit.
 
 #[cfg(feature = "desktop")]
 pub mod bench;

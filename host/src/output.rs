@@ -1,4 +1,4 @@
-//! Files that commands write: never over an input, and whole or not at all.
+//! Output files of commands: never over an input, and complete or not at all.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};

@@ -1,5 +1,5 @@
-//! mspdebug, which writes a chip's flash through a programmer: what it is asked, and what its words
-//! mean.
+//! mspdebug, which writes a chip's flash through a programmer: its commands, and the meaning of its
+//! output.
 
 use std::process::Command;
 

@@ -1,8 +1,8 @@
 //! A cell around a simulated machine: finds and reads `NAME.cell.toml`, gives it the names and the frame of a profile,
-//! and says at the end of a run which expectations hold.
+//! and reports at the end of a run which expectations hold.
 //!
-//! A [`Scene`] rides on a [`World`](crate::sim::world::World). Whoever runs that world on a board, emulated or native,
-//! puts the cell into the plant around its pins (`live`), so that every engine sees the same cell.
+//! A [`Scene`] belongs to a [`World`](crate::sim::world::World). An engine that runs that world on a board, emulated or
+//! native, puts the cell into the plant around its pins (`live`), so that every engine sees the same cell.
 
 pub mod heard;
 #[cfg(feature = "desktop")]

@@ -1,4 +1,4 @@
-//! What a job leaves behind statement by statement: commanded places, work zeros, F, S, outputs.
+//! Abstract interpreter of a job's modal state: commanded positions, work zeros, F, S, outputs after each statement.
 //!
 //! The check before the first move and a start in the middle both follow the job with it.
 

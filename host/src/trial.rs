@@ -1,4 +1,4 @@
-//! The simulation at each pause in typing: what a page needs to show a run before it is made.
+//! Preview run: simulates at each pause in typing and returns what a page needs to show the run.
 
 pub mod budget;
 pub mod lines;

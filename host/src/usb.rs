@@ -1,6 +1,6 @@
-//! What is plugged in: USB devices, their serial ports, and which of them are boards that we know.
+//! USB devices, their serial ports, and which of them are known boards.
 //!
-//! Linux tells all in its sysfs; elsewhere the library for serial ports tells what has a port.
+//! Linux lists all in its sysfs; elsewhere the library for serial ports lists those with a port.
 
 use std::fs;
 use std::path::{Path, PathBuf};

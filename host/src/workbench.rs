@@ -1,9 +1,9 @@
 //! The workbench: script, simulation, board, commissioning and operation on one local web page.
 //!
 //! Threads and blocking calls throughout, as the port, the emulator and the language server are: a
-//! page has two threads, and there are a few dozen at most. `gate` says who may come in, `server`,
-//! `http` and `ws` carry what is said, `session` and `machine` do what a page wishes, `bench` is what
-//! all pages share. The page itself is in `page`, a file a thing, and part of the tool.
+//! page has two threads, and there are a few dozen at most. `gate` checks who may connect, `server`,
+//! `http` and `ws` are the transport, `session` and `machine` execute a page's requests, `bench` is the state that
+//! all pages share. The page itself is in `page`, one file for each part, and is part of the tool.
 
 mod around;
 mod assets;

@@ -1,4 +1,4 @@
-//! MIN and MAX of AT variables on the emulated board: what lies outside is exception 3, whoever writes
+//! MIN and MAX of AT variables on the emulated board: what lies outside is exception 3, from any client that writes
 //! it, and nothing of such a request is written.
 
 mod common;

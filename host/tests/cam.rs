@@ -1,5 +1,5 @@
 //! `sim` of what a CAM writes, without a world: switches are out of the way, waits for Start end by
-//! themselves, and a job outside the travel is told where its work zero lies.
+//! themselves, and the error of a job outside the travel says where its work zero lies.
 
 use std::fs;
 use std::process::{Command, Stdio};

@@ -1,4 +1,4 @@
-//! Cells by the command line: deviations that strike nobody, proofs that prove nothing.
+//! Cells by the command line: deviations that strike no part, proofs that prove nothing.
 
 mod common;
 

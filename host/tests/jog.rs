@@ -1,4 +1,4 @@
-//! `pasapas jog` and `home` at the ends of a machine: what cuts them short is told, with the way out.
+//! `pasapas jog` and `home` at the ends of a machine: the message says what cuts them short, and the way out.
 #![cfg(unix)]
 
 mod common;

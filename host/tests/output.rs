@@ -1,4 +1,4 @@
-//! What commands write: never over an input, whole or not at all, and no longer than somebody reads.
+//! What commands write: never over an input, whole or not at all, and only while there is a reader.
 
 mod common;
 

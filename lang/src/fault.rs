@@ -108,8 +108,8 @@ faults! {
         "The probe input had the wanted state before the move began.",
         "Move away from the work before probing.";
     ValueRange = 20, true, 3, "value out of range",
-        "An argument lies outside what the statement accepts, SetPos or G92 names an axis that is moving, or WaitMove one that MoveSpeed runs.",
-        "Check the value against the manual; let the axis come to rest first: WaitMove after START, StopAxe after MoveSpeed.";
+        "An argument lies outside what the statement accepts, SetPos or G92 names an axis that is moving, WaitMove one that MoveSpeed runs, or SYNC finds six actions that all lie after the path's end.",
+        "Check the value against the manual; let the axis come to rest first: WaitMove after START, StopAxe after MoveSpeed; a shorter lag for SYNC.";
     NoProgram = 21, true, 3, "no such program",
         "The library holds no program of that name or number.",
         "Upload it (`pasapas upload FILE --as NAME`), or choose one of those that `pasapas list` shows.";

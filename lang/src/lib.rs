@@ -2,7 +2,7 @@
 //!
 //! Shared by host and device (no allocation, no hardware): [`axis`], [`fault`], [`effect`], the
 //! opcode table, the image, the verifier, the VM, the wire registers and the profile record.
-//! Behind feature `compiler` (host only): the front end, from text to the checked program
+//! With feature `compiler` (host only): the front end, from text to the checked program
 //! [`hir`], and the back end, from there to an image.
 #![cfg_attr(not(any(test, feature = "compiler")), no_std)]
 #![forbid(unsafe_code)]

@@ -5,7 +5,7 @@
 //! arguments, the opcode with its encoding, the effect, and what follows a program without running it knows of that. What
 //! the effect does stands where the machines are: `host/src/sim/machine/perform.rs`, and the chips' (firmware/README.md).
 //!
-//! Effects have codes 0xA0 to 0xFE, of which 0xFE alone is free (`isa/tests.rs` holds that): the statement behind the next
+//! Effects have codes 0xA0 to 0xFE, of which 0xFE alone is free (`isa/tests.rs` holds that): the statement after the next
 //! one wants a code with a second byte.
 
 /// Hands all rows to a macro, behind what else it gets.

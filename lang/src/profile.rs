@@ -79,7 +79,7 @@ pub struct Profile {
     /// Inputs that have a name, a role or a polarity of their own.
     #[serde(default, rename = "input")]
     pub inputs: Vec<Input>,
-    /// Outputs likewise.
+    /// Outputs, in the same way.
     #[serde(default, rename = "output")]
     pub outputs: Vec<Output>,
     /// Analog inputs, of parts that have some.

@@ -1,4 +1,4 @@
-//! How PRINT writes a quantity: in the unit that is stored, or in the one behind its `IN`, with decimals.
+//! How PRINT writes a quantity: in the unit that is stored, or in the one after its `IN`, with decimals.
 //!
 //! A value in a unit with decimals is `value * times / over` of its last digit, rounded half away from zero. No
 //! ratio is above 1, so nothing overflows.

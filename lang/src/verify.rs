@@ -5,7 +5,7 @@
 //! a call.
 //!
 //! The code is read from its start, instruction by instruction. The depth of the expression stack
-//! before each, counted from what the routine found, follows from those before it; behind an
+//! before each, counted from what the routine found, follows from those before it; after an
 //! instruction that never falls through it is 0. Every jump must lead to an instruction with the
 //! depth that it leaves, calls and handlers to one with depth 0: so the depth is the same on every
 //! path. Where an instruction begins is found again from anchors, one place with depth 0 for each

@@ -2,10 +2,10 @@
 //!
 //! It owns no memory and knows no hardware. The caller brings the image, one slice for cells,
 //! expression stack and call stack, and a [`State`]; it calls [`Vm::run`], does what the returned
-//! [`Exit`] asks for, and calls again. A core written in assembly works on the same memory and the
-//! same state, so that the two can take turns.
+//! [`Exit`] asks for, and calls again. The chips have cores in assembly with a layout of their own; tests
+//! compare them with this one.
 //!
-//! The pool: cells from its start, four bytes each, least byte first; behind them the expression
+//! The pool: cells from its start, four bytes each, least byte first; after them the expression
 //! stack, growing upward; the call stack from the end of [`Header::pool_bytes`] downward.
 
 mod calls;

@@ -58,7 +58,7 @@
 //! ([`entry`](crate::vm::entry)). A run that begins in trace mode waits before its first effect, as if
 //! an event 0 stood in the even slot. The host reads the slot of the last event again meanwhile, as trace
 //! mode ends 2 s after its reader: when no slot has been read for that long. Stop and an emergency
-//! stop wait for nobody.
+//! stop wait for no host.
 //!
 //! A part whose [`TRACE_ROOM`] is not 0 has a queue of so many events, for a host that does not halt the program: write
 //! [`TRACE_QUEUED`] to [`TRACE_MODE`]. Then the events that wait stand from `TRACE_QUEUE` on, oldest first,
@@ -91,7 +91,7 @@
 //!    says why. Exception 6: no slot is free, try again. After a lost reply [`STREAM_ACCEPTED`]
 //!    tells whether the piece is there.
 //! 3. Write [`Stream::Run`] when the first pieces are there, and [`Stream::Finish`] when the last
-//!    one is: then the run ends behind it, otherwise it waits for the next ([`STREAM_DRY`]).
+//!    one is: then the run ends after it, otherwise it waits for the next ([`STREAM_DRY`]).
 //!
 //! Run control holds as for a stored program. The cells of the piece that ended last can be read
 //! while the run waits. The run ends with F18 two seconds after the host that feeds
@@ -104,9 +104,9 @@
 //! fault to be handled, the board has begun the handler (no event is served, and without F): it
 //! forgets the pieces that wait, shows the place in [`STREAM_CALL`] and takes no piece but one whose
 //! header has the KEEP cell 1 (byte 17), numbered [`STREAM_BEGUN`]: exception 6 for others and for
-//! [`Stream::Finish`]. Motion goes on as behind a stored program's handler. `resumenext` in a piece
+//! [`Stream::Finish`]. Motion goes on as after a stored program's handler. `resumenext` in a piece
 //! leaves the newest handler, and a wait that an event interrupted goes on to its end before what
-//! stands behind it; `leave` leaves all of them, and the wait.
+//! stands after it; `leave` leaves all of them, and the wait.
 //!
 //! # Board profile
 //! 32 registers at [`PROFILE_WINDOW`] hold the record of [`record`](crate::record). Read them; write
@@ -121,7 +121,7 @@
 //!
 //! # Two lines
 //! A board with an RS-485 line beside the back channel answers on both. The one that wrote last holds the helm for 2 s
-//! behind its last write ([`HELM`]): writes of the other one are exception 6 meanwhile, but for the codes of
+//! after its last write ([`HELM`]): writes of the other one are exception 6 meanwhile, but for the codes of
 //! [`RUN_CONTROL`] that stop, pause or stop at once. Only its requests count where motion goes on no longer than a host asks.
 //!
 //! # Axes
@@ -134,7 +134,7 @@
 //! program and profile at the next reset: uploads, erasing and profile writes are exception 4, and
 //! the profile's registers, [`PROFILE_HASH`] too, read 0; a program is never read back. Then the two
 //! registers of the profile at [`LOCK_CODE`] take the code, in one request or one after the other:
-//! the second one opens the lock until the next reset, or is exception 4. Behind a wrong code every
+//! the second one opens the lock until the next reset, or is exception 4. After a wrong code every
 //! other one is wrong too until the next reset. Exception 6 while a program runs.
 
 mod codes;
@@ -236,6 +236,9 @@ pub const LOCK_CODE: u16 =
 
 /// What commands move goes on for so long behind a write of [`JOG_HOLD`], ms.
 pub const JOG_HOLD_MS: u16 = 300;
+
+/// Written to [`JOG_HOLD`]: the time begins anew only while it runs, else exception 6.
+pub const JOG_GOES_ON: u16 = 2;
 
 /// Registers of a program in [`LIBRARY`]: its length in bytes, 0 for none, its CRC, its KEEP values, and from
 /// [`LIBRARY_NAME`] on its name.

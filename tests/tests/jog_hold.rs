@@ -5,7 +5,7 @@ use emulator::Config;
 use lang::axis::Axis;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
-use lang::wire::{COMMAND, JOG_HOLD, JOG_HOLD_MS};
+use lang::wire::{COMMAND, JOG_GOES_ON, JOG_HOLD, JOG_HOLD_MS, command};
 use pasapas::board::{F5529, G2553};
 use pasapas::client::orders;
 use pasapas::torture::stand::{Answer, Stand};
@@ -43,6 +43,20 @@ fn a_held_jog_ends_by_itself_behind_its_last_write() {
     stand.board.run_us(500_000);
     assert_eq!(steps(&stand), rest);
     assert!(rest < 30_000);
+}
+
+/// Whoever holds the button has looked before the Stop, and orders the next piece of the way behind it.
+#[test]
+fn what_somebody_has_stopped_does_not_go_on() {
+    for stop in [vec![command::STOP_AXES, 7], vec![command::STOP_AXIS, 1]] {
+        let mut stand = moving();
+        stand.write(JOG_HOLD, &[1]);
+        stand.board.run_us(200_000);
+        assert!(matches!(stand.write(JOG_HOLD, &[JOG_GOES_ON]), Answer::Reply(_)));
+        assert!(matches!(stand.write(COMMAND, &stop), Answer::Reply(_)));
+        stand.write(COMMAND, &orders::move_to(Axis::X, [25_000; 2], 2_000, 29_000));
+        assert_eq!(stand.write(JOG_HOLD, &[JOG_GOES_ON]), Answer::Exception(6), "{stop:?}");
+    }
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Lines of paths on the G2553 come in time, whatever is computed between them and whoever asks: the path is slow then, and
+//! Lines of paths on the G2553 come in time, whatever is computed between them and whatever a host asks: the path is slow then, and
 //! never ends in a fault.
 
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! Engine `board` is the board that nobody looks at: its own pace, the world from the first statement
+//! Engine `board` is equal to an unobserved board: its own pace, the world from the first statement
 //! on, the ends of the other engines.
 
 use lang::front::source::Source;

@@ -4,12 +4,16 @@
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
+use lang::profile::Profile;
+use lang::wire::{Control, OVERRIDES, RunState};
 use pasapas::board::engine::{self, run_native_traced};
 use pasapas::board::{DEFAULT, F5529, G2553};
 use pasapas::sim::record::Record;
 use pasapas::sim::trace::{Event, Status, What};
 use pasapas::sim::world::World;
 use pasapas::sim::{Engine, Options, Outcome, run_traced};
+use pasapas::torture::stand::Stand;
+use pasapas::torture::table::Table;
 
 fn program(script: &str) -> Program {
     let source = Source::new("t.bas", script.to_owned());
@@ -19,7 +23,20 @@ fn program(script: &str) -> Program {
 
 /// Runs of a script: its engines, each with its name.
 fn runs(script: &str, world: &str) -> Vec<(&'static str, Outcome, Vec<Event>)> {
-    let program = program(script);
+    runs_of(program(script), world)
+}
+
+/// Runs on a mill whose output 3 is off in a pause.
+fn paused(script: &str, world: &str) -> Vec<(&'static str, Outcome, Vec<Event>)> {
+    let mill = include_str!("../../examples/profiles/mill.toml");
+    let own = "\n[[output]]\nn = 3\npause = \"off\"\n";
+    let profile = Profile::parse(&(mill.to_owned() + own)).expect("a mill");
+    let source = Source::new("t.bas", script.to_owned());
+    let (program, diags) = compile(&source, ProfileChoice::Given(Box::new(profile)));
+    runs_of(program.unwrap_or_else(|| panic!("{script}: {}", diags.render(&source))), world)
+}
+
+fn runs_of(program: Program, world: &str) -> Vec<(&'static str, Outcome, Vec<Event>)> {
     let world = World::parse("w.rhai", world).expect("a world");
     let options = Options { limit_us: 30_000_000, ..Options::default() };
     let compiled = lang::back::compile(&program).expect("an image");
@@ -206,4 +223,165 @@ fn the_small_chip_refuses_it_by_name() {
     let lack = G2553.part.lacks(&image, 0).expect("it lacks that");
     assert!(lack.to_string().contains("SYNC"), "{lack}");
     assert!(F5529.part.lacks(&image, 0).is_none());
+}
+
+/// A press of Stop at `ms`, and of Start long enough behind it for the axes to rest.
+fn pause_at(ms: u32, start: u32) -> String {
+    format!("at({ms}, || press_stop()); at({start}, || press_start());\n")
+}
+
+#[test]
+fn a_pause_loses_none_of_those_that_wait_for_their_places() {
+    let script = forty(toggled);
+    let plain = runs(&script, "");
+    let world =
+        [(300, 1_000), (1_400, 2_100), (2_471, 3_200)].map(|(at, on)| pause_at(at, on)).concat();
+    for ((name, _, without), (_, outcome, with)) in plain.iter().zip(runs(&script, &world)) {
+        assert_eq!(outcome.end.status, Status::Done, "{name}");
+        assert_eq!(acts(&with), acts(without), "{name}");
+        let levels: Vec<bool> = edges(&outcome.record, 3).iter().map(|(_, on)| *on).collect();
+        assert_eq!(levels, (2..=41).map(|n| n % 2 == 0).collect::<Vec<_>>(), "{name}");
+        for (at, n) in places(&with).into_iter().zip(1..) {
+            assert!((at - 200 * n).abs() <= 4, "{name}: action {n} at {at}");
+        }
+    }
+}
+
+#[test]
+fn what_is_off_in_a_pause_goes_off_and_comes_back_once() {
+    let script = format!(
+        "{HEAD}G1 X5\nSYNC SetOut 3, ON\nSYNC SetOut 4, ON\nG1 X30\nSYNC SetOut 3, OFF\nG1 X40\nWait 20ms"
+    );
+    for (name, outcome, events) in paused(&script, &pause_at(500, 1_500)) {
+        assert_eq!(acts(&events), [(4, 3, 1), (5, 4, 1), (7, 3, 0)], "{name}");
+        let own = edges(&outcome.record, 3);
+        let [(on, true), (away, false), (back, true), (off, false)] = own[..] else {
+            panic!("{name}: {own:?}")
+        };
+        // The axes brake for up to a quarter of a second.
+        assert!(on < away && (500_000..760_000).contains(&away), "{name}: {own:?}");
+        assert!((1_500_000..1_520_000).contains(&back) && back < off, "{name}: {own:?}");
+        let [(_, true), (end, false)] = edges(&outcome.record, 4)[..] else { panic!("{name}") };
+        assert!(end > off, "{name}: output 4 stays on in the pause");
+        assert!((places(&events)[2] - 3000).abs() <= 4, "{name}");
+    }
+}
+
+#[test]
+fn lags_that_end_in_a_pause_switch_off_at_once_and_on_behind_it() {
+    // Output 3 is off in the pause, output 4 stays: their lags end at some 770 ms, when the axes rest.
+    let head = format!("{HEAD}SYNC SetOut 4, ON\nG1 X5\n");
+    let tail = "G1 X40\nWait 20ms";
+    let world = pause_at(300, 1_500);
+    let first = |record: &Record, n| edges(record, n).first().map(|(us, _)| *us).unwrap_or(0);
+    let script = format!("{head}SYNC SetOut 3, ON, -600ms\nSYNC SetOut 4, OFF, -600ms\n{tail}");
+    for (name, outcome, events) in paused(&script, &world) {
+        assert_eq!(acts(&events).len(), 3, "{name}");
+        let on = first(&outcome.record, 3);
+        assert!((1_500_000..1_520_000).contains(&on), "{name}: {on} us");
+        let [(_, true), (off, false)] = edges(&outcome.record, 4)[..] else { panic!("{name}") };
+        assert!((600_000..1_000_000).contains(&off), "{name}: {off} us");
+    }
+    // An older one that goes on and a later one that goes off, both in the pause, leave it off.
+    let script = format!("{head}SYNC SetOut 3, ON, -600ms\nSYNC SetOut 3, OFF, -700ms\n{tail}");
+    for (name, outcome, _) in paused(&script, &world) {
+        assert_eq!(edges(&outcome.record, 3), [], "{name}");
+    }
+}
+
+#[test]
+fn a_stop_drops_them_on_the_way_and_in_a_pause() {
+    let script = format!(
+        "{HEAD}SYNC Pulse 5, 10s\nG1 X5\nSYNC SetOut 3, ON, -3s\nG1 X30\nSYNC SetOut 4, ON\nG1 X60\nWait 5s"
+    );
+    // Stop for two seconds ends the run, from its pause.
+    for (name, outcome, events) in paused(&script, "hold_stop(300, 2300);") {
+        assert_eq!(outcome.end.status, Status::Stopped, "{name}");
+        assert_eq!(acts(&events), [(3, 5, 1)], "{name}");
+        assert_eq!(edges(&outcome.record, 3), [], "{name}");
+        assert_eq!(edges(&outcome.record, 4), [], "{name}");
+        let [(_, true), (off, false)] = edges(&outcome.record, 5)[..] else { panic!("{name}") };
+        assert!((2_300_000..2_320_000).contains(&off), "{name}: {off} us");
+    }
+    for (name, outcome, _) in
+        paused(&script, "at(300, || press_stop()); at(900, || press_estop());")
+    {
+        assert_eq!(outcome.end.status, Status::Fault, "{name}");
+        assert_eq!(edges(&outcome.record, 3), [], "{name}");
+        let [(_, true), (off, false)] = edges(&outcome.record, 5)[..] else { panic!("{name}") };
+        assert!((899_000..906_000).contains(&off), "{name}: {off} us");
+    }
+}
+
+/// The override goes up and down in the middle of the path, and in a pause: each action keeps its place and comes once.
+#[test]
+fn an_override_moves_no_action_from_its_place() {
+    let script = forty(toggled);
+    let compiled = lang::back::compile(&program(&script)).expect("an image");
+    let mut stand = Stand::native();
+    stand.upload(&compiled.image, false).expect("it is taken");
+    stand.control(Control::Start);
+    let (mut was, mut seen) = (false, Vec::new());
+    for ms in 0..20_000_u32 {
+        stand.board.run_us(1_000);
+        let (on, at) = (stand.board.plant().output(3), stand.board.plant().motors[0].position);
+        if on != was {
+            (was, seen) = (on, [seen, vec![at]].concat());
+        }
+        match ms {
+            400 => _ = stand.write(OVERRIDES, &[200]),
+            900 => _ = stand.write(OVERRIDES, &[30]),
+            1_500 => {
+                stand.control(Control::Pause);
+                stand.board.run_us(700_000);
+                assert_eq!(stand.state(), Some(RunState::Paused as u16));
+                // It starts nothing that is stopped.
+                let rests = stand.board.plant().motors[0].position;
+                stand.write(OVERRIDES, &[150]);
+                stand.board.run_us(300_000);
+                assert_eq!(stand.board.plant().motors[0].position, rests);
+                stand.control(Control::Resume);
+            }
+            _ => {}
+        }
+    }
+    assert_eq!(stand.state(), Some(RunState::Ready as u16));
+    assert_eq!(seen.len(), 40, "{seen:?}");
+    for (at, n) in seen.into_iter().take(39).zip(1..) {
+        // Looked at each millisecond, and during a write later.
+        assert!((at - 200 * n).abs() <= 30, "action {n} at {at}");
+    }
+}
+
+/// A handler goes on with the run, so no output comes into its fault state: what was to go off goes off.
+#[test]
+fn a_fault_that_is_handled_leaves_on_nothing_that_was_to_go_off() {
+    let script = "DIM far AS LENGTH = 500mm\nON ERROR GOTO again\nHome\nF1800\nG1 X5\nSYNC SetOut 3, ON\nSYNC Pulse 5, 10s\nG1 X10\n\
+         SYNC SetOut 3, OFF\nSYNC SetOut 4, ON\nG1 X[far]\nG1 X40\nWait 1s\nEND\nagain:\nfar = 30mm\nRESUME";
+    for (name, outcome, _) in runs(script, "") {
+        assert_eq!(outcome.end.status, Status::Done, "{name}");
+        let [(on, true), (off, false)] = edges(&outcome.record, 3)[..] else {
+            panic!("{name}: {:?}", edges(&outcome.record, 3))
+        };
+        assert!(off - on < 400_000, "{name}: {on} to {off} us");
+        assert_eq!(edges(&outcome.record, 4), [], "{name}");
+        let [(_, true), (end, false)] = edges(&outcome.record, 5)[..] else { panic!("{name}") };
+        assert!(end.abs_diff(off) < 5_000, "{name}: {end} us");
+    }
+}
+
+/// Six lags that reach beyond the path leave no room for a seventh, and no motion comes before it that would make some.
+#[test]
+fn too_many_that_lie_beyond_the_path_are_a_fault_and_none_acts_early() {
+    let mut script = HEAD.to_owned();
+    for n in 1..=8 {
+        let on = if n % 2 == 1 { "ON" } else { "OFF" };
+        script += &format!("G1 X{}\nSYNC SetOut 3, {on}, -5mm\n", f64::from(n) / 2.0);
+    }
+    script += "G1 X20";
+    for (name, outcome, events) in runs(&script, "") {
+        assert_eq!(outcome.end.status, Status::Fault, "{name}");
+        assert_eq!(edges(&outcome.record, 3), [], "{name}");
+        assert!(acts(&events).iter().all(|(_, _, on)| *on == 0), "{name}");
+    }
 }

@@ -287,3 +287,49 @@ fn a_constant_of_the_assembler_is_set_in_one_place() {
     assert_eq!(set("a.s", "    .set P1IN, 0x20\n"), ["P1IN"]);
     assert_eq!(set("a.rs", "constants! {\n    P1IN = 0x20;\n}\n    NO = 1;\n"), ["P1IN"]);
 }
+
+/// Words that comments and manuals have given up; CONTRIBUTING.md says what to write instead.
+const OLD_WORDS: [&str; 9] =
+    ["asker", "askers", "feel", "feels", "left away", "likewise", "mend", "mends", "mended"];
+/// The same for the heads of modules, where an actor must have a name.
+const OLD_IN_HEADS: [&str; 4] = ["somebody", "nobody", "whoever", "told"];
+
+/// What a line says to a reader: all of a document's, otherwise its comment; neither has the code in it.
+fn said(file: &str, line: &str) -> String {
+    let said = match (file.ends_with(".md"), line.find("//"), line.find("/*")) {
+        (true, ..) => line,
+        (false, None, None) => "",
+        (false, one, other) => &line[one.into_iter().chain(other).min().unwrap_or_default()..],
+    };
+    let prose = said.split('`').step_by(2).collect::<Vec<_>>().join(" ").to_lowercase();
+    let words = prose.split(|c: char| !c.is_alphanumeric() && c != '_' && c != '.');
+    let words = words.map(|word| word.trim_matches('.')).filter(|word| !word.is_empty());
+    format!(" {} ", words.collect::<Vec<_>>().join(" "))
+}
+
+#[test]
+fn comments_and_manuals_use_the_words_of_the_list() {
+    let (_, texts) = texts();
+    let page = texts.iter().find(|(file, _)| file == "CONTRIBUTING.md").map(|(_, text)| text);
+    let page = page.expect("the list of words");
+    for word in ["asker", "feel", "left away", "likewise", "mend"] {
+        assert!(page.contains(&format!("**{word}**")), "CONTRIBUTING.md does not list `{word}`");
+    }
+    let mut wrong = Vec::new();
+    let read = |file: &str| {
+        [".rs", ".s", ".md"].iter().any(|end| file.ends_with(end)) && file != "CONTRIBUTING.md"
+    };
+    for (file, text) in texts.iter().filter(|(file, _)| read(file)) {
+        for (n, line) in text.lines().enumerate() {
+            let said = said(file, line);
+            let head = line.starts_with("//!");
+            let old = OLD_WORDS.iter().chain(OLD_IN_HEADS.iter().filter(|_| head));
+            for word in old.filter(|word| said.contains(&format!(" {word} "))) {
+                wrong.push(format!("{file}:{}: {word}", n + 1));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "CONTRIBUTING.md has a better word:\n{}", wrong.join("\n"));
+    let line = ["let told = 1; /", "/ What it feels, `mend` apart."].concat();
+    assert_eq!(said("a.rs", &line), " what it feels apart ");
+}

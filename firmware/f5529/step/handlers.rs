@@ -3,11 +3,10 @@
 //! Pulses longer than the interrupt's latency (a board profile with `pulse` above 3 us) take a
 //! second interrupt: the first one lets the hardware drop the pins `width` ticks after the edge.
 //!
-//! Cycles from entry to RETI, measured in the emulator: path, three axes stepping, 184, at a
-//! segment change 212, when a line or chord begins 267; single 115, at a segment change 181. At
-//! 40 000 events/s the path takes 46 % of the CPU, at 60 000 events/s 69 %. Of the 184: entry and
-//! exit 21, schedule 24, ramp 12, pins down 13, inputs 11, count and sub-events 18, three axes with
-//! their step counts 75, lateness 10.
+//! Cycles from entry to RETI, measured in the emulator: path, three axes stepping, 184, at a segment change 212, when a
+//! line or chord begins 267; single 115, at a segment change 181. At 40 000 events/s the path takes 46 % of the CPU, at
+//! 60 000 events/s 69 %. Of the 184: entry and exit 21, schedule 24, ramp 12, pins down 13, inputs 11, count and sub-events
+//! 18, three axes with their step counts 75, lateness 10.
 
 use super::{MODES, PathSlot, PathState, Shared, SingleState};
 use crate::chip::ports::{self, DIR};
@@ -119,7 +118,8 @@ global_asm!(
 
     /* Schedules the next event of the slot at r15, ends the pulses, looks at the inputs and arms the axes that step next;
        with `turns` DIR follows the slot, too: when STEP has ended for {hold} cycles, and STEP_SETUP ticks before the
-       event. */
+       event. STEP_DUE:FRAC += interval, interval += dif; an axis steps on the carry of ACC += INC. An event whose count
+       has a bit of MASK set is a sub-event: time passes, no axis steps. */
     .macro plays turns
     add @r15, &FRAC
     addc INTERVAL+2(r15), &STEP_DUE

@@ -4,7 +4,13 @@
    hardware raises the pins that were armed for it and the interrupt begins: it schedules the next
    event, drops the pins, looks at the watched inputs and arms the axes that step next. Latency is
    therefore no jitter as long as the next event is armed in time; a late one is postponed, never
-   lost, and not counted: no word of RAM is left for it. Each axis adds its increment to an accumulator and steps on the carry.
+   lost, and not counted: no word of RAM is left for it. Each axis adds its increment to an accumulator and steps on the
+   carry: Bresenham's line, as in grbl's stepper interrupt, with 2^32 for the number of events, so that nothing is divided
+   or compared.
+
+   The time of an event is the compare register with STEP_FRAC below it, 1/65536 ticks: adding the interval there loses
+   nothing, and the sum of all intervals of a segment is its duration to the last bit. The interval itself changes by
+   CHANGE after each event. MASK makes sub-events: an event steps only when the events left are a multiple of MASK + 1.
 
    A pulse longer than the interrupt takes (WIDTH, profiles above 3 us) needs a second interrupt: the
    first one lets the hardware drop the pins WIDTH ticks after the edge.

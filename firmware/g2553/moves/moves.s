@@ -11,7 +11,7 @@ not_negative:
     clr r13
 1:  ret
 
-    /* r5 = steps of Z, Y, X from bit 7 down, r7 = their frames likewise: LinearMixed's, whose flags are
+    /* r5 = steps of Z, Y, X from bit 7 down, r7 = their frames, too: LinearMixed's, whose flags are
        r12 */
 linear_mixed:
     mov r12, r5

@@ -128,7 +128,7 @@ pub struct Leaf {
     pub zero: bool,
     /// It never fails.
     pub sure: bool,
-    /// What r9 is when its code reads a record: nothing is the axis's own; likewise behind its code.
+    /// What r9 is when its code reads a record: nothing is the axis's own; the same after its code.
     pub record: Option<String>,
     /// See `record`.
     pub sets_record: Option<String>,

@@ -75,7 +75,7 @@ pub enum Operand {
     Power,
     /// A word of 16 bits, low byte first.
     Word,
-    /// The address of a routine, likewise.
+    /// The address of a routine, in the same way.
     Routine,
     /// A byte of RAM, counted from `BYTES`.
     Byte,

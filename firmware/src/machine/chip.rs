@@ -1,8 +1,8 @@
-//! The port: what a chip is to the machine. Everything else in this module is the same on every chip.
+//! The hardware interface: what a chip provides to the machine. Everything else in this module is the same on every chip.
 //!
 //! A chip is given as a handle that is cloned freely. On the MSP430F5529 the handle has no size and each method is a
 //! call of a function of the image (`firmware/f5529/port.rs`); on the desktop it refers to one simulated chip, so that
-//! as many machines as one likes live in one process. Addresses are those of the chip's 64 KB; times are in the
+//! any number of machines live in one process. Addresses are those of the chip's 64 KB; times are in the
 //! units that each method names.
 
 use core::ops::Deref;

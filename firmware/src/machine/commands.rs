@@ -1,4 +1,4 @@
-//! What commands look at and do here; their rules are [`crate::rules::commands`].
+//! State and actions behind the commands; their rules are [`crate::rules::commands`].
 
 use crate::machine::chip::Chip;
 use crate::machine::controller::{Controller, Effect};
@@ -189,9 +189,11 @@ impl<C: Chip> Commands for Controller<C> {
         self.command.axes & axis.bit() != 0
     }
     fn brake(&mut self, axis: Axis) {
+        self.command.hold = 0;
         self.motor.stop(axis.bit());
     }
     fn brake_all(&mut self) {
+        self.command.hold = 0;
         self.motor.stop(0b111);
     }
     fn set_offset(&mut self, axis: Axis, um: i32) {

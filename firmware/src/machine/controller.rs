@@ -1,4 +1,4 @@
-//! What the board is between two passes of the main loop: a room for all that changes together.
+//! The state of a board between two passes of the main loop, one field for each group that changes together.
 
 mod act;
 mod analog;

@@ -1,5 +1,5 @@
-//! The VM's core in Rust, for chips that have no assembly of it: the twin of `firmware/shared/vm_core.rs` on the same
-//! registers and the same memory. Opcodes are those of [`lang::isa`], arithmetic is that of [`lang::vm::math`].
+//! The VM's core in Rust, for chips without an assembly core: the same registers and the same memory layout as
+//! `firmware/shared/vm_core.rs`. Opcodes are those of [`lang::isa`], arithmetic is that of [`lang::vm::math`].
 
 use crate::machine::chip::Chip;
 use crate::machine::vm::{HANDLER_END, Vm, YIELD};

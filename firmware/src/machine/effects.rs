@@ -1,7 +1,7 @@
-//! Effects: what the VM leaves with, polled from the main loop until it is done.
+//! Effects: the statements that act on the machine. The main loop polls each until it is done.
 //!
-//! In phase 0 the operands and arguments are taken; later phases wait. Trace events are written
-//! one for each call at most: the caller sees to it that the slot is free.
+//! In phase 0 the operands and arguments are taken; later phases wait. Each call writes at most one
+//! trace event: the caller makes sure that the slot is free.
 
 mod leaves;
 mod looks;
@@ -62,7 +62,7 @@ impl<C: Chip> Controller<C> {
                 return Ok(false);
             }
             if !self.motor.actions.is_empty() {
-                self.flush_actions();
+                self.flush_actions(None);
             }
         }
         if code == first::Read && self.look_at_analog() {

@@ -1,4 +1,4 @@
-//! The program area after the store's view of it, and images by their address.
+//! The program area's flash, as the store uses it, and images by their address.
 
 use crate::machine::chip::Chip;
 use crate::store::{Flash, KEEP_SEGMENTS, SEGMENT};

@@ -1,4 +1,4 @@
-//! Reference runs.
+//! Homing: state and actions behind [`crate::rules::home`].
 
 use crate::machine::chip::Chip;
 use crate::machine::controller::{Controller, Plan};

@@ -1,7 +1,7 @@
-//! The controller in place, in memory of zeros.
+//! Builds the controller in place, in zeroed memory.
 //!
 //! Built as a value it would be made on the stack and copied: 650 bytes of RAM and 400 of flash. Most of it is 0 at
-//! reset; what is not is written here. This is the only `unsafe` of the machine.
+//! reset; the rest is written here.
 #![allow(unsafe_code)]
 
 use crate::machine::chip::Chip;

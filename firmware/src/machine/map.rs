@@ -361,6 +361,8 @@ impl<C: Chip> Map for Controller<C> {
                     Err(Exception::IllegalValue)
                 }
             }
+            // What somebody has stopped does not go on.
+            JOG_HOLD if value == JOG_GOES_ON && self.command.hold == 0 => Err(Exception::Busy),
             JOG_HOLD => {
                 self.command.hold = if value == 0 { 0 } else { JOG_HOLD_MS };
                 Ok(())

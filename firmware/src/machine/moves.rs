@@ -1,4 +1,4 @@
-//! Effects that move axes to a place or at a speed; what the rules of paces and of axes on their own look at and do.
+//! Effects that move axes to a place or at a speed; state and actions behind the rules of paces and single axes.
 
 use crate::machine::chip::Chip;
 use crate::machine::controller::Controller;

@@ -1,4 +1,4 @@
-//! The main loop of a board, pass by pass.
+//! One pass of a board's main loop.
 
 use crate::machine::chip::Chip;
 use crate::machine::controller::Controller;

@@ -1,5 +1,5 @@
-//! The memory of what the VM runs: call stack from its start upward, cells after it, the expression stack from its end
-//! downward; and after those of a streamed piece the pieces that wait.
+//! The VM's memory: call stack from its start upward, then cells, and the expression stack from its end downward. While a
+//! job is streamed the waiting pieces lie after those.
 
 /// Words of the pool of a streamed piece, which has a cell and no calls. The pieces that wait lie after it.
 pub const PIECE_POOL: usize = 64;

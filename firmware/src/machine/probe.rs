@@ -1,4 +1,4 @@
-//! Probe and ProbeMask: what [`crate::rules::probe`] looks at and does here.
+//! Probe and ProbeMask: state and actions behind [`crate::rules::probe`].
 
 use crate::machine::chip::Chip;
 use crate::machine::controller::Controller;

@@ -1,4 +1,4 @@
-//! The board's profile as the link writes it.
+//! Writing of the board's profile over the link.
 
 use crate::machine::chip::Chip;
 use crate::machine::controller::Controller;

@@ -1,9 +1,9 @@
 //! The PWM: power of a laser or a spindle, pulses of a servo.
 //!
-//! A power is a *level*, 0 to [`FULL`], from S to the timer. A laser's is a matter of the path's segments: the step
-//! engine's interrupt writes the compare value of the one that begins, and what keeps the pin low when
-//! nothing comes any more, so no beam outlasts the last step by more than a period. The pin itself is driven
-//! while the output that the profile names is on. What stops the engine by interrupt puts it low at once.
+//! A power is a *level*, 0 to [`FULL`], from S to the timer. A laser's power belongs to the segments of the path: when a
+//! segment begins, the step engine's interrupt writes its compare value. At the end of the last segment it writes the value
+//! that keeps the pin low, so no beam outlasts the last step by more than a period. The pin itself is driven
+//! while the output that the profile names is on. An interrupt that stops the engine sets it low at once.
 
 use crate::machine::chip::Chip;
 use crate::motion::path::FULL;

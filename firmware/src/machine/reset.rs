@@ -1,4 +1,4 @@
-//! What is remembered over resets: the profile, the last faults, which program was selected, and that one ran.
+//! State that survives a reset: the profile, the last faults, the selected program, and that a program ran.
 
 use crate::machine::chip::Chip;
 use crate::machine::flash::Image;

@@ -1,10 +1,10 @@
 //! A job larger than the program area, run from RAM in pieces (`lang::wire`, Streaming).
 //!
 //! Flash cannot be written while steps are made, so the pieces stay in RAM: [`WAITING`] of them, without the axes'
-//! part of the profile, which is the same for all, in the memory that a stored program has for its cells. What
-//! runs is a copy in a frame that has that part: an image like a stored one. The code is linked behind the program
-//! area, where the last segment has room. The VM, the check and the run state are those of stored programs; only
-//! where a piece ends the next one begins instead of the run's end.
+//! part of the profile, which is the same for all. They lie in the memory that a stored program has for its cells. The piece
+//! that runs is a copy with that part in front: an image like a stored one. The code is linked after the program
+//! area, where the last segment has room. The VM, the check and the run state are those of stored programs; where a
+//! piece ends the next one begins.
 
 use crate::machine::chip::Chip;
 use crate::machine::controller::Controller;

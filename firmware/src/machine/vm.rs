@@ -1,4 +1,4 @@
-//! The VM's registers, its memory's layout for a program, and the instructions that the core leaves.
+//! The VM's registers, its memory's layout for a program, and the instructions that the assembly core does not execute.
 
 use crate::machine::chip::Chip;
 use crate::machine::flash::Image;

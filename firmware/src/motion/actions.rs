@@ -11,7 +11,7 @@
 //! Each pass of the main loop asks the engine how much time the segments last that it has not begun: what was handed out
 //! less that is the time at which the playing one ends. Between two of these instants the clock tells how far it is. An
 //! action is due when the engine has come to its mark, less a lead that is a time; [`EARLY`] makes half of the passes
-//! come before and half behind. Nothing has to be known of the speed, so overrides, ramps and pauses keep place and action
+//! come before and half after. Nothing has to be known of the speed, so overrides, ramps and pauses keep place and action
 //! together. So that a mark is there in time, the engine is to hold as much more as the longest lead ([`Actions::ahead`]).
 //!
 //! A lag, and the length of a pulse, are counted in milliseconds, in a pause too. A list that is full lets the program
@@ -215,12 +215,16 @@ impl Actions {
         None
     }
 
-    /// The same of one that waits for a place or a mark, as the path is at its end.
-    pub fn flush(&mut self) -> Option<Action> {
+    /// The same of one that waits for a place or a mark, as the path is at its end: of those up to the place `most`, um along
+    /// the path, or of all.
+    pub fn flush(&mut self, most: Option<u32>) -> Option<Action> {
         let mut n = 0;
         while n < usize::from(self.count) {
             let action = &mut self.list[n];
-            if matches!(action.waits, Waits::Place | Waits::Mark) {
+            let beyond = |end: u32| {
+                action.waits == Waits::Place && action.at.wrapping_sub(end).cast_signed() > 0
+            };
+            if matches!(action.waits, Waits::Place | Waits::Mark) && !most.is_some_and(beyond) {
                 if action.lead < 0 {
                     action.at = action.lead.unsigned_abs().into();
                     action.waits = Waits::Lag;
@@ -233,6 +237,21 @@ impl Actions {
         None
     }
 
+    /// Takes one that switches its output off, pulses that last among them, wherever it is to come.
+    pub fn take_off(&mut self) -> Option<Action> {
+        let n = self.known().iter().position(|action| !action.is_on())?;
+        Some(self.carry_out(n))
+    }
+
+    /// Whether all that is known waits for places after `end`, um along the path: none makes room before the path is longer.
+    pub fn all_lie_beyond(&self, end: u32) -> bool {
+        let mut list = self.list.iter().take(self.count.into());
+        list.all(|action| {
+            action.waits == Waits::Place && action.at.wrapping_sub(end).cast_signed() > 0
+        })
+    }
+
+    #[inline(never)]
     fn carry_out(&mut self, n: usize) -> Action {
         let action = self.list[n];
         if action.pulse != 0 && action.is_on() {
@@ -331,7 +350,7 @@ mod tests {
         assert!((1980..=2010).contains(&at(2)), "{done:?}");
         assert!((1880..=1910).contains(&at(3)), "{done:?}");
         assert_eq!(done.len(), 3);
-        assert_eq!(actions.flush().map(|own| own.output()), Some(4));
+        assert_eq!(actions.flush(None).map(|own| own.output()), Some(4));
         assert!(actions.is_empty());
     }
 
@@ -340,7 +359,7 @@ mod tests {
         let mut actions = Actions::default();
         actions.begin(0, 0);
         actions.add(Action { lead: -3, pulse: 2, ..Action::new(1, true) }, 0, None);
-        assert!(actions.flush().is_none());
+        assert!(actions.flush(None).is_none());
         let mut seen = Vec::new();
         for ms in 1..=8 {
             actions.tick();
@@ -357,9 +376,35 @@ mod tests {
         let mut actions = Actions::default();
         actions.add(Action { pulse: 9, ..Action::new(5, true) }, 0, None);
         actions.add(Action::new(3, true), 7, None);
-        assert!(actions.flush().is_some_and(|own| own.is_on() && own.output() == 5));
+        assert!(actions.flush(None).is_some_and(|own| own.is_on() && own.output() == 5));
         assert_eq!(actions.drop_all(), 1 << 4);
-        assert!(actions.is_empty() && actions.flush().is_none());
+        assert!(actions.is_empty() && actions.flush(None).is_none());
+    }
+
+    #[test]
+    fn those_after_the_end_keep_their_places() {
+        let mut actions = Actions::default();
+        for at in [900, 1000, 1001] {
+            actions.add(Action::new(1, at != 1001), at, None);
+            assert!(actions.all_lie_beyond(899));
+            assert!(!actions.all_lie_beyond(1000));
+        }
+        assert!(actions.flush(Some(1000)).is_some() && actions.flush(Some(1000)).is_some());
+        assert!(actions.flush(Some(1000)).is_none() && actions.all_lie_beyond(1000));
+        assert!(actions.take_off().is_some() && actions.take_off().is_none());
+    }
+
+    #[test]
+    fn what_switches_off_is_taken_alone() {
+        let mut actions = Actions::default();
+        actions.add(Action { pulse: 9, ..Action::new(5, true) }, 0, None);
+        assert!(actions.flush(None).is_some());
+        actions.add(Action::new(3, true), 7, None);
+        actions.add(Action { lead: -4, ..Action::new(2, false) }, 7, None);
+        let off: Vec<u8> =
+            std::iter::from_fn(|| actions.take_off()).map(|own| own.output()).collect();
+        assert_eq!(off, [5, 2]);
+        assert_eq!(actions.drop_all(), 0);
     }
 
     #[test]
@@ -371,7 +416,7 @@ mod tests {
         }
         assert!(!actions.has_room());
         let mut count = 0;
-        while actions.flush().is_some() {
+        while actions.flush(None).is_some() {
             count += 1;
         }
         assert_eq!(count, ROOM);

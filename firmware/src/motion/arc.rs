@@ -7,6 +7,9 @@
 //! chord, so the path stays within 0.71 + 0.1 steps of the circle, and the last chord ends on the
 //! commanded step. Where the end misses the circle (by no more than RS274/NGC allows), the radius
 //! changes evenly along the arc.
+//!
+//! grbl's `mc_arc` turns a vector by a fixed angle in the same way, with two terms of the series, and corrects it by a
+//! true sine and cosine every dozen chords. Here the two fractions are right to 2^-26, and nothing is corrected.
 
 use super::math::{fraction, high, largest, mul_div, signed, size};
 use super::scaled::Scaled;
@@ -112,6 +115,9 @@ impl Ends {
     ///
     /// # Errors
     /// F09: start and end coincide, or lie more than two radii apart (5 um and 0.1 % are forgiven).
+    ///
+    /// The centre lies on the perpendicular through the chord's middle, `sqrt(r^2 - h^2)` beside it with `h` half the chord.
+    /// Turning the half chord by a quarter turn and scaling it by `sqrt(r^2 - h^2) / h` leads from the middle to it.
     pub fn with_radius(&self, radius: i32) -> Result<Arc, Fault> {
         let axes = self.plane();
         let mut half = [0; 2];
@@ -223,14 +229,18 @@ impl Arc {
     }
 }
 
-/// `value * fraction / 2^32`, signs apart.
+/// `value * fraction / 2^32`, rounded toward 0: the size is multiplied, the sign is put back.
 fn turned(value: i32, fraction: i32) -> i32 {
     signed(high(size(value), size(fraction)) as i32, value ^ fraction)
 }
 
-/// Sine and 1 - cosine of an angle of at most 1/12 turn, as 32-bit fractions; their series to
-/// 1 part in 2^30.
+/// Sine and 1 - cosine of an angle of at most 1/12 turn (2^32 to a turn), as 32-bit fractions.
+///
+/// Horner's form of `x - x^3/3! + x^5/5! - x^7/7!` and `x^2/2! - x^4/4! + x^6/6! - x^8/8!`, all positive inside. The
+/// constants are 2^32 over 6, 120, 5040 and over 24, 720, 40320. The first terms left out, `x^9/9!` and `x^10/10!`, are at
+/// most 2^-26 and 2^-31. `1 - cos` and not `cos` is kept: of a small angle it has all its bits.
 fn sine(angle: u32) -> (i32, i32) {
+    // angle * 2 pi: 0xC90FDAA2 is pi * 2^30.
     let rad = mul_div(angle, 0xC90F_DAA2, 1 << 29);
     let z = high(rad, rad);
     let third = 35_791_394 - high(z, 852_176);
@@ -307,6 +317,9 @@ fn ahead(value: i32, times: u32, over: u32, whole: i32) -> i32 {
 
 impl Walk {
     /// At the beginning of an arc.
+    ///
+    /// The sagitta of a chord of angle `w` is nearly `r w^2 / 8`; 0.1 steps of that give the widest angle,
+    /// `sqrt(0.8 step / r)`. The sweep is cut into the fewest equal chords that are no wider.
     pub fn new(axes: &[AxisRecord; 3], arc: &Arc) -> Walk {
         let (sweep, radius) = (arc.sweep, arc.radius);
         let [a, b, _] = arc.axes();
@@ -328,6 +341,7 @@ impl Walk {
                 goal[n] = ahead(um, axes[n].steps.into(), axes[n].um.into(), arc.start[n]);
             }
         }
+        // Turning scales by (1 - versine): less of it lets the radius grow by the same part with each chord.
         let per =
             |d: Scaled| d.over(radius).over(Scaled::new(chords.into())).shifted(32).floor() as i32;
         versine -= per(end.minus(radius)) - per(radius.minus(end));
@@ -364,6 +378,9 @@ impl Walk {
     }
 
     /// The next point, ahead of the axes' whole steps by so many 1/4096 steps: turned by a chord, or the end.
+    ///
+    /// The rotation `x' = x cos w - y sin w`, `y' = y cos w + x sin w` with `cos w = 1 - versine`: four products. The end is
+    /// taken as it was commanded, so what the roundings have added up ends with the arc.
     #[expect(clippy::needless_range_loop, reason = "an iterator costs flash on the chip")]
     fn target(&mut self, axes: &[AxisRecord; 3], last: bool) -> [i32; 3] {
         let [x, y] = self.point;
@@ -395,6 +412,11 @@ impl Walk {
     }
 
     /// A chord from where the axes are to `target`; the last one ends on its steps.
+    ///
+    /// The engine plays whole events: as many as the longest axis has steps, rounded. Each other axis gets its share of
+    /// an event as increment (2^32 is a step), and its accumulator starts at one half plus what it is off its whole step, so
+    /// that a step comes where the true place passes the middle between two steps. What the rounded events move too far or
+    /// leave is kept in `exact`, and the next chord begins there: errors do not add up.
     #[expect(clippy::needless_range_loop, reason = "an iterator costs flash on the chip")]
     fn chord_to(&mut self, target: [i32; 3], after: u16) -> Chord {
         let last = after == 0;
@@ -432,7 +454,8 @@ impl Walk {
     }
 }
 
-/// Carries of an accumulator that begins at `acc` in its upper half, over `events` increments.
+/// Carries of an accumulator that begins at `acc` in its upper half, over `events` increments, fewer than 65536:
+/// `(acc * 2^16 + inc * events) / 2^32` in 32-bit products.
 fn carries(acc: u16, inc: u32, events: u32) -> u32 {
     let low = (inc & 0xFFFF) * events;
     let high = (inc >> 16) * events + (low >> 16);

@@ -1,15 +1,11 @@
 //! Interpolated motion: blocks in, segments for three axes out.
 //!
-//! Path units are micrometres, so feeds, corners and arcs do not depend on the axes' steps per
-//! millimetre; a block's events are the steps of its axis with most steps. The other axes follow
-//! by `acc += inc` with the carry as the step, `inc = steps * 2^32 / events` and `acc` starting at
-//! one half: each stays within half a step of the ideal line and all arrive together.
+//! Units are um, um/s and um/s2, so feeds, corners and arcs do not depend on the axes' steps per millimetre. A name that
+//! ends in 2 is the square of a speed, (um/s)^2. An *event* is a step of the block's axis with most steps.
 //!
-//! Up to 81 blocks ahead of the playing one are known ([`ring`]). The speed at the corner between two of
-//! them is the largest of which the deviation of an inscribed arc stays within the profile's corner
-//! tolerance (junction deviation), with which the arc that touches both, in the middle of the shorter
-//! one, needs no more than their ramp, that neither block's feed forbids, and from which all that is
-//! known behind it can come to rest.
+//! Up to 81 blocks ahead of the playing one are known ([`ring`]). The speed at the corner between two of them is the lowest
+//! of: what junction deviation and the arc through the middle of the shorter block allow ([`Geometry::corner2`]), either
+//! block's feed, and what the blocks after it can brake from ([`ring`]).
 
 mod block;
 mod brakes;
@@ -71,11 +67,9 @@ const HALF: u16 = 1 << 15;
 #[cfg(not(target_arch = "msp430"))]
 #[derive(Clone, Copy, Debug)]
 struct Ending {
-    /// Square of the speed at which it may end.
+    /// Square of the speed at which it may end; the others as in [`Geometry`].
     end2: Scaled,
-    /// See [`Geometry`].
     pitch: Scaled,
-    /// See [`Geometry`].
     feed: Scaled,
 }
 
@@ -192,8 +186,8 @@ impl Path {
         self.append(axes, &shape, &block.manner)
     }
 
-    /// Takes a line that may end at a speed of this square, (um/s)^2, though none behind it is known: as the small chip
-    /// plans, to the last bit. One at a time may wait, and what is pushed behind it must be a line of the same kind.
+    /// Takes a line that may end at a speed of this square, (um/s)^2, though none after it is known: as the small chip
+    /// plans, to the last bit. One at a time may wait, and what is pushed after it must be a line of the same kind.
     #[cfg(not(target_arch = "msp430"))]
     pub fn push_ending(&mut self, axes: &[AxisRecord; 3], block: &Block, end2: Scaled) {
         if block.steps == [0; 3] {
@@ -215,7 +209,10 @@ impl Path {
         self.append(axes, &Shape::Arc(arc), manner)
     }
 
-    /// Appends a block and raises the speeds at the ends of those before it.
+    /// Appends a block: its geometry, the speed of the corner in front of it, its place in the ring. Then the blocks before
+    /// it may be faster, as more way to brake is known. The corner's speed is computed once, for the present override
+    /// or for 100 % if that is higher: a lower override acts through `nominal2` while the block plays. The ring raises the
+    /// entries of waiting blocks; the exit of the playing one is raised here, by as much as the next block's entry.
     fn append(&mut self, axes: &[AxisRecord; 3], shape: &Shape, manner: &Manner) -> bool {
         if !self.has_room() {
             return false;
@@ -224,7 +221,6 @@ impl Path {
             self.ring.begin(axes);
         }
         let g = Geometry::of(axes, shape, manner.feed);
-        // A lower speed is seen to while the block plays: an override that goes up again finds its corners so fast.
         let rapid = matches!(manner.feed, Feed::Rapid);
         let fast = g.feed.most(overridden(g.feed, g.top, self.percents[usize::from(rapid)]));
         let corner2 = match &self.tail {
@@ -319,8 +315,7 @@ impl Path {
         }
     }
 
-    /// Speed override: 10 to 200 percent of each block's feed, 10 to 100 percent of a rapid move's
-    /// speed, never above what the axes can.
+    /// Speed override: 10 to 200 % of each block's feed, 10 to 100 % of a rapid move's speed, at most what the axes can.
     pub fn set_override(&mut self, feed: u8, rapid: u8) {
         self.percents = [feed.clamp(10, 200), rapid.clamp(10, 100)];
         self.set_nominal();
@@ -380,8 +375,8 @@ impl Path {
         true
     }
 
-    /// Makes the waiting block the playing one, entered at the present speed but at least its
-    /// start rate.
+    /// Makes the oldest waiting block the playing one. It is entered at the speed at which the block before it ended, at
+    /// least at its own start rate. Its exit speed is the next block's entry, as far as that is known ([`Ring::bounds`]).
     fn activate(&mut self, axes: &[AxisRecord; 3]) {
         while !self.active {
             let Some(Taken { n, far, events }) = self.ring.take(&mut self.way) else {
@@ -434,7 +429,9 @@ impl Path {
         }
     }
 
-    /// Begins a line of some [`Geometry::pitch`] and so many events.
+    /// Begins a line of some [`Geometry::pitch`] and so many events: Bresenham's line as accumulators (DDA). At each event
+    /// `acc += inc` modulo 2^32 for each axis, and the carry is its step, with `inc = steps * 2^32 / events`. As `acc` begins at
+    /// one half, after k events an axis has made `k * steps / events` rounded: within half a step of the line.
     fn line(&mut self, pitch: Scaled, events: u32) {
         self.negative = 0;
         for (axis, steps) in self.way.iter().enumerate() {
@@ -470,8 +467,8 @@ impl Path {
         self.run.left = chord.events;
         let pitch = length.over(chord.span());
         self.limits.set_pitch(pitch, self.accel, self.decel, self.clock);
-        // What can be braked over the chords that follow, of which the whole steps of this one take a
-        // part or leave one.
+        // The chord may end as fast as the chords after it can brake from: `rest` is their length in events of this one,
+        // and what this chord's whole events fall short of its span.
         let rest = self.stride.over(pitch).times(Scaled::new(chord.after.into()));
         let rest = rest.plus(chord.span()).minus(Scaled::new(chord.events));
         self.limits.exit2 = self.exit2.plus(self.limits.decel2.times(rest));
@@ -496,5 +493,4 @@ fn overridden(feed: Scaled, top: Scaled, percent: u8) -> Scaled {
     feed.times(percent).least(top.most(feed))
 }
 
-/// 100
 const HUNDRED: Scaled = Scaled::constant(100);

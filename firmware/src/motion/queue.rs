@@ -4,7 +4,7 @@
 //! is an arc that follows an arc: taking its words from the stack 3 ms, its corner 2 ms, its first
 //! chord 3 ms, and up to three times that when the step interrupts take two thirds of the CPU. What
 //! the engine holds must outlast it, or the axes stop dead between two steps. A pause, a stop and a
-//! change of override take effect behind what it holds.
+//! change of override take effect only after what it holds, so it holds no more than it needs.
 
 use super::path::Path;
 use super::ramp::Segment;

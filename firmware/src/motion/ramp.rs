@@ -9,6 +9,10 @@
 //!
 //! so the mean acceleration of a segment never exceeds the ramp, and the last term makes a short
 //! move a triangle by itself. A segment takes two roots and three divisions, a step takes none.
+//!
+//! `v^2 = v0^2 + 2 a s` is how grbl's planner and Klipper's look-ahead count speeds, too. A first interval, a constant
+//! change of it and a count are the format of Klipper's `queue_step`. AVR446 and Austin ("Generate stepper-motor speed
+//! profiles in real time", 2005) divide for each step instead, which a 16-bit chip cannot do at 40 000 steps/s.
 
 use super::scaled::Scaled;
 
@@ -124,6 +128,8 @@ impl Run {
     /// The mean interval is that of constant acceleration, `2 / (v0 + v1)`, and the line through
     /// it begins or ends at the shorter of `1 / v0` and `1 / v1`: there, where the same change of
     /// interval is the most acceleration, it exceeds the ramp by no more than `(v1 - v0) / v0`.
+    ///
+    /// Units: `v` in units/s, `v2` in (units/s)^2, `tick` in ticks at 1 unit/s, intervals in 1/65536 tick.
     pub fn segment(&mut self, limits: &Limits, braking: bool, out: &mut Segment) -> bool {
         if self.left == 0 || braking && self.v2 <= limits.start2 {
             return false;
@@ -141,12 +147,14 @@ impl Run {
                 v2.minus(limits.decel2.times(events)).most(target)
             };
         }
+        // Never faster than the events after this segment, which `left` counts now, can brake from.
         v2 = v2.least(limits.exit2.plus(limits.decel2.times(Scaled::new(self.left))));
         // At a constant speed, most of the time of a long move, one root and one division do.
         let v1 = if v2 == self.v2 { v0 } else { v2.root() };
         self.known = (v2, v1);
         let sum = v0.plus(v1);
         self.sum = sum;
+        // An interval above 2^15 ticks is halved until it fits; each half is a sub-event.
         let sub = LONGEST.saturating_sub(sum.exponent_over(limits.tick)).clamp(0, 15);
         let shortest = limits.tick.over(v0.most(v1)).shifted(16 - sub).floor();
         let events = n << sub;
@@ -155,6 +163,9 @@ impl Run {
         out.interval = shortest;
         out.dif = 0;
         if v2 != self.v2 {
+            // Constant acceleration takes `2 n pitch / (v0 + v1)` for n events, so the mean interval is twice `tick` over
+            // the sum. The line of intervals goes from `shortest` at the faster end to `shortest + span` at the
+            // slower one; each event takes the value in its middle, hence the half `change` at either end.
             let middle = limits.tick.over(sum).shifted(17 - sub).floor();
             let span = 2 * middle.saturating_sub(shortest);
             let change = span / u32::from(events);
@@ -173,6 +184,11 @@ impl Run {
     /// half of that on a ramp and where the brake is near, and there no more than changes the speed by
     /// about 1/32 (but 1 to 2 ms), which keeps the linear interval within 5 % of constant
     /// acceleration. A remainder below one and a quarter of it is taken at once.
+    ///
+    /// Powers of two need no division: the exponent of a quotient is the difference of two exponents. With
+    /// `e = exponent of tick / v` an interval has 2^e to 2^(e+1) ticks, so `2^(15 - e)` events last 2^15 to 2^16 ticks (2 to
+    /// 4 ms at 16 MHz); twice as many at a constant speed. With `f = exponent of accel2 / v2`, `2^(-5 - f)` events change
+    /// v^2 by 1/32 to 1/16 of it, which is 1/64 to 1/32 of v.
     fn slice(&self, limits: &Limits, v: Scaled, braking: bool) -> u16 {
         let mut exp = 15i8.saturating_sub(limits.tick.exponent_over(v));
         let cruises =
@@ -191,7 +207,8 @@ impl Run {
         if self.left <= u32::from(n + n / 4) { self.left as u16 } else { n }
     }
 
-    /// Whether no brake begins within `2^exp` events.
+    /// Whether no brake begins within `2^exp` events. `left * decel2 - v2` is what can be braked beyond a stop; over `decel2`
+    /// it is the number of events until the brake begins. The exit speed is taken for 0, which errs to shorter segments.
     fn cruises(&self, limits: &Limits, exp: i8) -> bool {
         let runs_through = limits.exit2 > limits.start2 && limits.exit2 >= self.v2;
         let spare = Scaled::new(self.left).times(limits.decel2).minus(self.v2);

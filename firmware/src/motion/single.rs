@@ -1,7 +1,10 @@
 //! An axis on its own ramp: MoveAxe, MoveRel, START, MoveSpeed, homing and probing.
 //!
-//! The unit is the step. The target may change at any time: the axis passes it and turns round
-//! on its ramp if it must.
+//! The unit is the step: speeds are steps/s, ramps steps/s2. The target may change at any time: the axis passes it and
+//! turns round on its ramp if it must.
+//!
+//! The planner keeps the squared speed and the steps left, and asks the ramp generator ([`super::ramp`]) for a segment at
+//! a time. A new target only changes the steps left, so the speed never jumps, whatever is commanded on the way.
 
 use super::math::size;
 use super::ramp::{Limits, Run, Segment};
@@ -162,6 +165,10 @@ impl Single {
     }
 
     /// Goes to `target` steps, also from a motion under way.
+    ///
+    /// A moving axis keeps its speed and gets a new number of steps to go. It cannot get there directly when the target
+    /// lies behind it or nearer than its braking distance, `v^2 > exit^2 + 2 d left`. It then brakes to its start
+    /// rate, however far that takes it (`Turning`), and [`Single::next_segment`] sets off anew toward the target.
     pub fn go(&mut self, axis: &AxisRecord, target: i32, pace: Pace) {
         self.target = target;
         self.endless = false;
@@ -202,6 +209,10 @@ impl Single {
     /// its start rate stands still there, and `true` says that the engine must drop the rest of
     /// what it holds; a faster one stops on its ramp. Where it rests depends on `caught` and the
     /// pace alone, not on how far ahead the engine was fed.
+    ///
+    /// The place of rest is `caught + v^2 / (2 d) + v * LATENCY_MS` at the commanded speed `v`: the braking distance,
+    /// and the way that the segments already handed to the engine may go. Without the second term the axis could stand beyond
+    /// the place of rest when the hit is seen, and would turn back. A target that is nearer stays the target.
     pub fn hit(&mut self, axis: &AxisRecord, caught: i32) -> bool {
         let speed = self.pace.speed;
         if speed <= Scaled::new(axis.start_rate.into()) {
@@ -209,6 +220,7 @@ impl Single {
             return true;
         }
         let ramp = speed.times(speed).over(self.pace.decel).shifted(-1);
+        // A ms is taken for 1/1024 s.
         let latency = speed.times(Scaled::new(LATENCY_MS)).shifted(-10);
         let rest = ramp.plus(latency).floor().min(FAR as u32) as i32 + 1;
         let room = self.target.abs_diff(caught);
@@ -238,6 +250,10 @@ impl Single {
     }
 
     /// The next segment; `false` when idle or in a pause.
+    ///
+    /// The ramp generator has no segment while it brakes at the start rate or below: then an axis that turns sets off toward
+    /// its target, one that stops is at rest, and a paused one waits. MoveSpeed without a limit keeps its target at
+    /// least `FAR / 2` steps ahead, so the brake never begins, and positions wrap at 2^32 steps.
     pub fn next_segment(&mut self, out: &mut Segment) -> bool {
         if self.is_idle() {
             return false;

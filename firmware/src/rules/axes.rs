@@ -1,7 +1,7 @@
-//! Statements that move axes to places on their own, stop them and wait for them.
+//! Statements that move single axes, stop them and wait for them.
 //!
-//! Where the chips differ: the small one moves one thing at a time and begins no statement while anything moves; an axis
-//! of the larger one that moves on its own is sent elsewhere, waited for and stopped.
+//! Where the chips differ: the small one moves one thing at a time and begins no statement while anything moves. On
+//! the larger one an axis that moves on its own can get a new target, be waited for and be stopped.
 #![cfg_attr(any(), micro(module = "rules.axes", prefix = "fx_"))]
 
 use super::pace::Paces;

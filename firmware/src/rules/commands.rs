@@ -1,8 +1,8 @@
 //! Commands of holding registers 2000 and up (InterpCNC V3 Modbus protocol, Commands).
 //!
-//! A command's words are read where they stand; what follows one another, speeds and ramps, is taken by
-//! [`Commands::next`]. Where the chips differ: an axis of the larger one that moves on its own may be sent elsewhere by 102
-//! to 104, the small one moves one thing at a time.
+//! The words of a command are read by their index; consecutive ones, speeds and ramps, by
+//! [`Commands::next`]. Where the chips differ: 102 to 104 give a moving axis of the larger one a new target; the
+//! small one moves one thing at a time.
 #![cfg_attr(any(), micro(module = "rules.commands", prefix = "command_"))]
 
 mod leaves;

@@ -1,7 +1,6 @@
-//! Places of the axes: targets, the travel, work positions.
+//! Positions of the axes: targets, the travel, work positions.
 //!
-//! The commanded place of an axis is where it is told to be, um and steps; [`aim`] looks at a target and leaves where
-//! it lies as the new place.
+//! The commanded position of an axis is where it was last sent, um and steps; [`aim`] makes it from a target.
 #![cfg_attr(any(), micro(module = "rules.coords"))]
 
 use super::Axis;
@@ -21,7 +20,7 @@ pub trait Stands {
     /// um as steps, half away from zero; nothing when they do not fit.
     #[cfg_attr(any(), micro(code = "DO to_steps", holds = "CARRY"))]
     fn to_steps(&self, axis: Axis, um: i32) -> Option<i32>;
-    /// Steps as um, likewise.
+    /// Steps as um, in the same way.
     #[cfg_attr(any(), micro(code = "DO to_um", holds = "CARRY"))]
     fn to_um(&self, axis: Axis, steps: i32) -> Option<i32>;
 }

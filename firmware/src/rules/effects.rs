@@ -1,6 +1,6 @@
-//! Statements that move nothing: outputs, pulses, waits for inputs, characters and Start, what a program asks of inputs
-//! and outputs. A statement is called until it is done; what it keeps meanwhile is the effect's: a number, flags, the
-//! time that is left.
+//! Statements that move nothing: outputs, pulses, waits for inputs, characters and Start, and reading of inputs
+//! and outputs. A statement is called until it is done. Between calls the effect keeps its state: a number, flags, the
+//! time left.
 #![cfg_attr(any(), micro(module = "rules.effects", prefix = "fx_"))]
 
 use super::{DONE, NOT_YET, Progress};

@@ -1,4 +1,4 @@
-//! Faults of the program: its error handler begins, or the run ends.
+//! Faults of the program: start its error handler, or end the run.
 //!
 //! Only faults of instructions and statements come here; on a part without handlers each of them ends the run.
 #![cfg_attr(

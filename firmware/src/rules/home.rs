@@ -1,10 +1,9 @@
-//! Reference runs, and the reference switches as limit switches.
+//! Homing, and the reference switches as limit switches.
 //!
-//! [`home`] is every chip's: fast to the switch, rest, slowly off it, clearance. What it runs by is the chip's own: the larger
-//! one makes a plan in steps when the run begins and refuses there what does not fit, the small one, which has no room for
-//! one, takes numbers from the axis's record, or from that of command 106, whenever it needs them. What lies behind
-//! [`Switches`] is the small one's alone: the larger one homes an axis while others move, so its limits are looked at
-//! axis by axis, by pins that are watched.
+//! [`home`] runs on every chip: fast to the switch, rest, slowly off it, clearance. Its numbers differ: the larger
+//! chip makes a plan in steps when homing begins and refuses what does not fit. The small one has no room for a plan and
+//! takes numbers from the axis's record, or from that of command 106, whenever it needs them. [`Switches`] is the small
+//! chip's only: the larger one homes an axis while others move, so it checks limits axis by axis, by watched pins.
 #![cfg_attr(any(), micro(module = "rules.home", prefix = "home_"))]
 
 use super::effects::Effects;

@@ -1,7 +1,7 @@
 //! G0 and G1: targets of all axes, and the ways to them.
 //!
-//! Where the chips differ: the larger one makes a block of a path of a line, whose statement is done as soon as the path
-//! has taken it; the small one plans it, and in a course the next one while it moves.
+//! Where the chips differ: on the larger one a line becomes a block of the path, and its statement is done as soon as the
+//! path has taken it. The small one plans the line itself, and in a course the next one while it moves.
 #![cfg_attr(any(), micro(module = "rules.lines", prefix = "fx_"))]
 
 use super::{Axis, DONE, NOT_YET, Progress};

@@ -1,4 +1,4 @@
-//! Statements that set what moves go by, and what a program may ask of axes, inputs and time.
+//! Statements that set speeds and ramps, and what a program may read of axes, inputs and time.
 #![cfg_attr(any(), micro(module = "rules.moves", prefix = "fx_"))]
 
 use super::{Axis, DONE, Progress};

@@ -1,6 +1,6 @@
-//! Rates and paces: what statements and commands say of speeds and ramps, none of which is above the axis's own.
+//! Rates and paces: speeds and ramps of statements and commands, limited to the axis's own.
 //!
-//! What lies behind [`OwnPaces`] is the small chip's alone: the larger one keeps a [`Pace`](crate::motion::Pace).
+//! [`OwnPaces`] is the small chip's only: the larger one keeps a [`Pace`](crate::motion::Pace).
 #![cfg_attr(any(), micro(module = "rules.pace"))]
 
 use super::Axis;

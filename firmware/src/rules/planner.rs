@@ -5,6 +5,11 @@
 //!
 //! The unit of an interpolated motion is the um along its path, with a feed in steps/s the step along it; an event is a step
 //! of the axis with most steps. The unit of a single axis is its step.
+//!
+//! The plan of a motion is a handful of numbers: events, increments of the axes (Bresenham's line as accumulators, as
+//! in grbl's stepper interrupt), the speed to run at, and what v^2 grows and falls by over one event. [`plan`], [`limit`] and
+//! [`remember`] compute them one after the other; `tick` is the length, then the pitch, then the interval at speed 1.
+//! Names that end in 2 are squares of speeds. [`super::segments`] makes segments of them while the motion runs.
 #![cfg_attr(any(), micro(module = "rules.planner", section = "line"))]
 
 use super::Axis;
@@ -208,7 +213,7 @@ pub fn speed(m: &mut impl Planner, axis: Axis) -> i32 {
     if m.rests() {
         return 0;
     }
-    // Events/s times the axis's share of them.
+    // Events/s, `v / pitch`, times the axis's share of them, 2^-32: 2^-19 here and 2^-13 in `rounded`.
     let events = m.clock().times(m.end_speed()).over(m.tick());
     let steps = rounded(m, events.times(Scaled::new(m.share(axis) as u32)).shifted(-19));
     if m.goes_down(axis) { steps.wrapping_neg() } else { steps }
@@ -243,6 +248,9 @@ pub fn line(m: &mut impl Chains, axes: u8) {
 
 /// From where axes stand to their commanded places. None moves when there is no step to make. The machine rests, or the
 /// line before plays its last segments.
+///
+/// Steps, directions and the square of the path's length: the sum of the squares of the axes' ways. A feed in steps/s counts
+/// the length in steps, so that the same formulas give a speed along the path in steps/s.
 #[cfg_attr(any(), micro(longs = "CAUGHT"))]
 fn plan(m: &mut impl Chains, axes: u8) {
     m.set_moving(axes);
@@ -279,6 +287,10 @@ fn plan(m: &mut impl Chains, axes: u8) {
 
 /// The lowest limits along the path: speed, ramps, start rate; and what an event is for each axis. A single axis has the
 /// length of its steps, and its limits already.
+///
+/// `step`, the length over an axis's steps, is the path for each of its steps; a limit in steps/s or steps/s2 times that is
+/// a limit along the path. The accumulator of an axis gets `steps * 2^32 / events` at each event. A line that follows
+/// another at speed must not touch the accumulators that still play: it leaves the difference for its first segment.
 #[cfg_attr(any(), micro(longs = "CAUGHT"))]
 fn limit(m: &mut impl Chains) {
     let most = Scaled::MAX;
@@ -315,6 +327,10 @@ fn limit(m: &mut impl Chains) {
 }
 
 /// The planner's memory, from the length of the path and its limits.
+///
+/// `v1^2 = v0^2 + 2 a pitch` for each event, with 31/16 in place of 2 as in `motion::ramp`. A line of a course may end at
+/// `exit2`, which the host has computed. Where the course's entry falls, a line ends slower than the one before by what
+/// it can brake itself: its exit is the one before less `left * decel2`.
 #[cfg_attr(any(), micro(longs = "TEMP"))]
 fn remember(m: &mut impl Chains) {
     let event = m.tick().over(Scaled::new(m.left() as u32));

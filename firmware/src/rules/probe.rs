@@ -1,7 +1,6 @@
 //! Probing: a move that ends where inputs answer.
 //!
-//! [`probe`] is every chip's. How the pins are watched behind [`Watches`] is the small one's: all of its axes are at rest when a
-//! probe sets off.
+//! [`probe`] runs on every chip. [`Watches`] is the small one's only: all of its axes rest when a probe begins.
 #![cfg_attr(any(), micro(module = "rules.probe", prefix = "probe_"))]
 
 use super::pace::Paces;

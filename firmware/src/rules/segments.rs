@@ -129,6 +129,9 @@ pub trait Segments {
 
 /// Fills the empty slot; not so when nothing is left, or while braking at a speed no higher than the start rate. 7 000 cycles at
 /// the most.
+///
+/// As many events as last 4 to 8 ms at a constant speed, on a ramp half as many or fewer. The new v^2 is that after so
+/// many events of ramp toward the goal, but no more than the events that are left can brake from.
 #[cfg_attr(any(), micro(entry = "segment", begins = "clr r8", holds = "CARRY"))]
 pub fn segment(m: &mut impl Segments) -> bool {
     if m.left() == 0 {
@@ -166,7 +169,8 @@ pub fn segment(m: &mut impl Segments) -> bool {
     shape(m)
 }
 
-/// The slot's intervals, from the speeds at both ends.
+/// The slot's intervals, from the speeds at both ends: `tick / v` at the faster end, and twice `tick / (v0 + v1)` in the
+/// mean, which is what constant acceleration takes. The intervals lie on the line through both.
 #[cfg_attr(any(), micro(holds = "CARRY"))]
 fn shape(m: &mut impl Segments) -> bool {
     // At the faster end.

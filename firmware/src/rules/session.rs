@@ -1,7 +1,7 @@
-//! Runs: what Start, Stop, the link, inputs and the program's end make of each other.
+//! Runs: how Start, Stop, the link, inputs and the program's end interact.
 //!
-//! A run brakes to a pause or to its end; what it comes to there is done as soon as everything rests. Each chip enters a
-//! program in its own way, and looks in its own way at whether everything rests.
+//! A run brakes to a pause or to its end; the rest is done as soon as everything rests. Each chip enters a
+//! program in its own way, and knows in its own way whether everything rests.
 #![cfg_attr(any(), micro(module = "rules.session", prefix = "run_", section = "session"))]
 
 mod leaves;

@@ -1,4 +1,4 @@
-//! Words of the link that tell the machine's state as InterpCNC has them (`lang::wire`, status).
+//! Status words of the link in InterpCNC's layout (`lang::wire`, status).
 #![cfg_attr(any(), micro(module = "link.status", prefix = "map_"))]
 
 use super::{Axis, Machine};

@@ -1,6 +1,6 @@
-//! How a motion of the small chip ends: by itself, on a ramp, where an input has answered, or at once.
+//! How a motion of the small chip ends: by itself, on a ramp, where an input answered, or at once.
 //!
-//! The small chip's alone, whose planner is [`planner`](super::planner): the larger one has a queue of blocks to look at.
+//! Runs on the small chip only, whose planner is [`planner`](super::planner); the larger one has a queue of blocks.
 #![cfg_attr(any(), micro(module = "rules.stops", section = "line"))]
 
 use super::Axis;

@@ -1,7 +1,8 @@
-//! What is done each millisecond besides inputs and buttons.
+//! The tasks of each millisecond other than inputs and buttons.
 //!
-//! [`autorun`] is every chip's. [`tick`] is the small one's alone: its time of an effect is also that of a jog, and a pulse ends
-//! as the effect does; the larger one counts by themselves what a handler has interrupted and how long a host is silent.
+//! [`autorun`] runs on every chip, [`tick`] on the small one only. There an effect and a jog share one timer, and a pulse
+//! ends as the effect does. The larger one has timers of their own for effects that a handler interrupts and for the host's
+//! silence.
 #![cfg_attr(any(), micro(module = "rules.ticks", prefix = "ticks_", section = "ticks"))]
 
 use super::session::{self, Runs};

@@ -1,11 +1,11 @@
-//! The model of the chips' check of an image, which is assembly (`shared/check.rs`): the same verdict,
-//! refusal for refusal. No image has it. Three things need one that says to the byte what a chip answers: the tests
+//! A reference model of the chips' check of an image, which is assembly (`shared/check.rs`): the same verdict,
+//! refusal for refusal. No image contains it. Three users need to know exactly what a chip answers: the tests
 //! of the assembly on both chips (`tests/tests/image_check.rs`, `tests/compact/check.rs`) and `pasapas torture images`, which
 //! uploads damaged images to the emulated boards.
 //!
-//! `lang::verify` is the check of the host's VM and no such model: it knows images of any size, has more memory for
-//! anchors, and refuses flag bits without a meaning. The chips take those on trust: their effects test what
-//! they use of them. `image_check.rs` holds the two together but for that.
+//! `lang::verify`, the check of the host's VM, cannot stand in for it: it knows images of any size, has more memory for
+//! anchors, and refuses flag bits without a meaning. The chips accept such bits, as their effects test what
+//! they use of them. `image_check.rs` compares both checks in everything else.
 
 use lang::image::{COLUMN_HEAD, FORMAT, MAX_EVENTS, at};
 use lang::isa::{self, Class, FINGERPRINT, LOW_CELLS, Op, Operands, SHORT_CELLS, flags, shape};

@@ -1,5 +1,5 @@
 //! A cell file and those that it includes, one after the other as one text. Spans are bytes of that text, until a
-//! problem is told: it names its own file.
+//! problem is reported: it names its own file.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! A board that is the firmware's machine on a simulated chip: what the emulated board is, without an emulator.
+//! A board without an emulator: the firmware's machine on a simulated chip, with the interface of the emulated board.
 
 mod power;
 

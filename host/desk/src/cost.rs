@@ -1,7 +1,7 @@
-//! What the MSP430F5529 takes for what the desktop computes in no time, in cycles of its 25 MHz clock.
+//! Times that the MSP430F5529 needs for work that the desktop does in no simulated time, in cycles of its 25 MHz clock.
 //!
-//! These are the only numbers by which the desktop's times are like the board's. They are cycles of instructions and of
-//! operations of the flash controller, not times of statements.
+//! Simulated times agree with the board's by these numbers alone. They are cycles of instructions and of
+//! flash operations, not times of statements.
 
 use lang::isa::{first, last};
 

@@ -1,10 +1,10 @@
-//! A program whose flow is not in the chip: a simulation's engine evaluates expressions and follows jumps, and brings the
-//! machine one statement after the other.
+//! A machine whose program runs outside of the chip: a simulation's engine evaluates expressions and follows jumps, and hands
+//! the machine one statement after the other.
 //!
-//! The VM of the chip stands in an image of [`image`] that has no program, only room: [`RINGS`] rings of [`SLOTS`] places
-//! for an instruction each, so that a statement which waits below an open handler keeps its place; and places at which
-//! handlers begin. Where the VM comes to one of these the engine is told, and runs the handler by itself. All else is the
-//! machine's: faults, waits, events, what is told.
+//! The chip's VM runs an image made by [`image`] that contains no program, only room: [`RINGS`] rings of [`SLOTS`]
+//! instructions each, so that a statement that waits below an open handler keeps its slot, and addresses at which
+//! handlers begin. When the VM reaches such an address, the engine is called and runs the handler itself. Everything else is
+//! the machine's: faults, waits, events, the trace.
 
 use firmware::machine::core;
 use firmware::machine::vm::{Vm, YIELD};

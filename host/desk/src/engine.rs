@@ -1,8 +1,8 @@
 //! The step engine of the desktop's chip: plays segments event by event, as the interrupts of the F5529 do
 //! (`firmware/f5529/step/handlers.rs`).
 //!
-//! Times are in 1/65536 ticks of the step timer since power-up. A step is armed at one event and comes at the next one,
-//! which the timer's output raises by itself; whoever reads a position sees the step from when it is armed.
+//! Times are in 1/65536 ticks of the step timer since power-up. A step is armed at one event and made at the next one
+//! by the timer's output. A position counts the step from when it is armed.
 
 mod rush;
 

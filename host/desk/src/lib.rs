@@ -1,8 +1,9 @@
-//! The desktop's chip: what the firmware's machine (`firmware::machine`) stands on where there is no board.
+//! A simulated MSP430F5529 for the desktop: the hardware under the firmware's machine (`firmware::machine`) when there is no
+//! board.
 //!
-//! A [`Desk`] is a handle to one simulated MSP430F5529: its memory, its pins with the plant around them, its step engine,
-//! and its clock. Time passes only where [`Desk::spend`] says so: the machine is the firmware's own, so what it computes
-//! takes no time of itself, and [`cost`] states what the chip would take for it.
+//! A [`Desk`] is a handle to one simulated chip: its memory, its pins with the plant around them, its step engine,
+//! and its clock. Time passes only by [`Desk::spend`]: the machine's own computing takes no simulated time, and [`cost`]
+//! states what the chip would need for it.
 
 pub mod board;
 pub mod cost;

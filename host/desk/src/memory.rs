@@ -1,4 +1,4 @@
-//! Memory of the desktop's chip: 64 KB as the F5529 has them below its code, profiles decoded from them, and the VM.
+//! Memory of the desktop's chip: the F5529's 64 KB below its code, profiles decoded from them, and the VM.
 
 use std::rc::Rc;
 

@@ -1,4 +1,4 @@
-//! The step engine at the pins: time, STEP and DIR, and what stops steps between two passes.
+//! The step engine at the pins: time, STEP and DIR, and the inputs that stop steps between two passes.
 
 use std::cell::RefMut;
 

@@ -2,7 +2,7 @@
 //! uneven surfaces correct jobs of G-code.
 //!
 //! Nothing here knows the command line, a board or the simulator: files come in as text or bytes,
-//! scripts go out as text. What is wrong is told by [`Wrong`], with its place in the file and a
+//! scripts go out as text. Errors are a [`Wrong`], with its place in the file and a
 //! remedy.
 
 pub mod engrave;

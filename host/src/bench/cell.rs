@@ -1,4 +1,4 @@
-//! Cells: runs a second of a proof, what of that is the cell's, and how soon a large scene is there.
+//! Cells: runs of a proof per second, the cell's share of the time, and the time to load a large scene.
 
 use std::time::Instant;
 

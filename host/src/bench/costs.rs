@@ -1,7 +1,7 @@
-//! What a line takes on the part that plans it while the one before plays, instruction by instruction of the VM and as a whole:
-//! what slow points are bounded by ([`crate::course`]).
+//! Planning times of a line on the part that plans it while the one before plays: of each VM instruction and of the whole.
+//! Slow points are bounded by these times ([`crate::course`]).
 //!
-//! The emulated chip executes one instruction after the other, and is looked at in between.
+//! The emulated chip executes one instruction at a time and is inspected in between.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,5 +1,5 @@
-//! What the gateway adds to the time of its lines: light boards on lines that take the time of the
-//! wire, asked by clients over TCP as fast as they are answered.
+//! Overhead of the gateway on the time of its lines: model boards on lines with the timing of a real
+//! wire, asked by TCP clients as fast as they are answered.
 
 use std::io::Write;
 use std::net::{SocketAddr, TcpStream};

@@ -1,4 +1,4 @@
-//! Long random moves while a client asks all the while: every edge at the pins against the instant
+//! Long random moves while a client polls without a pause: every edge at the pins against the instant
 //! that the planner gives it, and every move against the ramps of the profile.
 
 use std::time::Duration;

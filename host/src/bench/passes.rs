@@ -1,7 +1,7 @@
-//! How long a pass of the main loop is, and what makes it so: requests of a host, and the rules of a statement.
+//! Length of a pass of the main loop, and its parts: requests of a host, and the rules of a statement.
 //!
-//! Either chip clears its watchdog once a pass. On the G2553 the rules of `firmware/src/rules` are micro-code, on the
-//! F5529 instructions that rustc makes.
+//! Both chips clear their watchdog once a pass. On the G2553 the rules of `firmware/src/rules` are micro-code, on the
+//! F5529 compiled code.
 
 use std::time::Duration;
 

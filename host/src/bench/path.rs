@@ -1,4 +1,4 @@
-//! How true a path is: pins of the emulated board against geometry and against the simulator.
+//! Accuracy of a path: pins of the emulated board against geometry and against the simulator.
 
 use std::cell::RefCell;
 use std::rc::Rc;

@@ -1,9 +1,9 @@
-//! How fast paths are, against a planner that knows all of them.
+//! Times of paths against a planner that knows the whole path.
 //!
-//! Each job of the set ([`jobs`]) runs on each part from its store, and streamed where the part can; the time between the edges of output 1 is divided by that of the ideal planner
-//! ([`ideal`]) over the same places. What runs from a store runs once more with its trace told, whose times are held to the
-//! simulator's as those at the pins are. Every step of every run is held to ramps, tops and
-//! corners by the checker.
+//! Each job of the set ([`jobs`]) runs on each part from its store, and streamed where the part can stream. The time between
+//! the edges of output 1 is divided by that of the ideal planner ([`ideal`]) over the same points. Stored jobs run once more
+//! with their trace, and the times of its events are compared with the simulator's, as those at the pins are. A checker
+//! compares every step of every run with ramps, top rates and corners.
 
 mod ideal;
 mod jobs;

@@ -1,4 +1,5 @@
-//! A chip of `lang::part` as the emulator wants it: the emulator knows cores and modules, and no table of ours.
+//! Converts a chip of `lang::part` into the emulator's description: the emulator knows cores and modules, and no table of
+//! this project.
 
 use emulator::Part;
 use lang::part::chip::{self, Chip};

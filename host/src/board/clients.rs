@@ -1,5 +1,5 @@
-//! Who asks the board: a pseudo-terminal and TCP connections, each with what it has asked and what
-//! it is still to be told.
+//! Clients of the board: a pseudo-terminal and TCP connections, each with its requests and the replies
+//! still to be sent.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{IpAddr, TcpListener, TcpStream};

@@ -1,4 +1,4 @@
-//! What a rig can be made around: the emulated board, or the firmware's machine on the desktop's chip.
+//! The two kinds of board behind a [`rig`](super::rig): the emulated one, and the firmware's machine on the desktop's chip.
 
 use std::ops::{Deref, DerefMut};
 

@@ -1,4 +1,4 @@
-//! How a board fared: stack, deadlines, and what the emulator noticed.
+//! Health of a board after a run: stack, deadlines, and the emulator's warnings.
 
 use emulator::Board;
 

@@ -1,4 +1,4 @@
-//! A firmware image as other tools take it: ELF, Intel HEX, TI-TXT.
+//! Firmware images in the formats of other tools: ELF, Intel HEX, TI-TXT.
 
 use std::fmt::Write as _;
 

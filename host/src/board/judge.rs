@@ -1,4 +1,4 @@
-//! Step pulses at the pins, held to what drivers and motors can follow.
+//! Checks step pulses at the pins against the limits of drivers and motors.
 
 use emulator::plant::motor::{DriverLimits, ViolationKind};
 use emulator::{Edge, Plant, Signal};

@@ -1,4 +1,4 @@
-//! A laser's output at the board's pins: its power in time, dark wherever it must be.
+//! Checks a laser's output at the board's pins: power over time, and dark whenever it must be.
 
 use std::time::Duration;
 

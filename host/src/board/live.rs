@@ -1,5 +1,5 @@
-//! A virtual board in a thread of this process, in real time, for a host beside it: the shipped image in the emulator, or
-//! the MSP430F5529's machine by itself, which takes a fraction of a core's time.
+//! A virtual board in a thread of this process, in real time, for a host in the same process: the shipped image in the
+//! emulator, or the MSP430F5529's machine without it, which takes a fraction of a core's time.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, Sender, TryRecvError};

@@ -1,6 +1,6 @@
-//! What the firmware does, seen at its own code: the emulated chip stops in front of the routines that
-//! report an effect, and their arguments are read. It executes what it would execute anyway, in the
-//! time that it would take, so a run that is observed is the run that nobody looks at.
+//! Observes the firmware's effects at its own code: the emulated chip stops in front of the routines that
+//! report an effect, and their arguments are read. The chip executes the same instructions in the same
+//! time, so an observed run is equal to an unobserved one.
 
 use emulator::Board;
 use lang::wire::{Seen, TraceKind};

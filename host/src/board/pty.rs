@@ -1,4 +1,4 @@
-//! A pseudo-terminal whose far end any Modbus client can open.
+//! A pseudo-terminal whose other end any Modbus client can open.
 
 #[cfg(not(unix))]
 use std::{io, path::Path, time::Duration};

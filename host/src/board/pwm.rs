@@ -1,4 +1,4 @@
-//! The PWM's pin of the virtual board: frequency, power in ramps, dark behind every kind of stop.
+//! Checks the PWM's pin of the virtual board: frequency, power in ramps, dark after every kind of stop.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! A run on the emulated board under way: pressed on, followed, added up.
+//! A run on the emulated board: starts it, follows it, and sums it up.
 
 mod around;
 

@@ -1,4 +1,4 @@
-//! A virtual board that stays up, in real time behind a pseudo-terminal, a TCP port, or both.
+//! A virtual board that stays up in real time, on a pseudo-terminal, a TCP port, or both.
 
 use std::fs;
 use std::io::{self, ErrorKind};

@@ -1,4 +1,4 @@
-//! What the firmware image uses of flash and RAM, by module, and its ceilings.
+//! Flash and RAM of the firmware image by module, and their ceilings.
 
 use std::collections::BTreeMap;
 

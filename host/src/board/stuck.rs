@@ -1,4 +1,4 @@
-//! Whether a run on the board can still go on by itself.
+//! Detects a run on the board that cannot go on by itself.
 
 use lang::hir::{Block, Program, Stmt, StmtKind};
 use lang::plain::Plain;

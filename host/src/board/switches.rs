@@ -1,10 +1,10 @@
-//! The reference switches of a live board that was given no world.
+//! Reference switches of a live board without a world.
 //!
-//! They are out of the way until their axis is homed for the first time, so that a job of a CAM runs
-//! whatever its origin is; then they stand 20 mm beyond all that the axis has reached, as in `sim`
-//! ([`crate::sim::world::World::unattended`]). `sim` knows the program. Here nobody does: a client
-//! may home the axis, too. So whenever an axis comes into new land towards its switch the board is
-//! asked whether it homes, on a copy of it, which leaves no trace on the board.
+//! They stay out of the way until their axis is homed for the first time, so that a CAM job runs
+//! wherever its origin is; then they stand 20 mm beyond the farthest point that the axis has reached, as in `sim`
+//! ([`crate::sim::world::World::unattended`]). `sim` knows the program and can look ahead. A live board cannot: a client
+//! may home the axis, too. So whenever an axis comes farther towards its switch than before, the question whether it is
+//! homing is asked of a copy of the board, which leaves the board itself unchanged.
 
 use emulator::plant::Contact;
 use lang::profile::{Direction, Profile};

@@ -1,4 +1,4 @@
-//! What was observed of a board, as lines of the trace.
+//! Formats what was observed of a board as lines of the trace.
 
 use lang::axis::Axis;
 use lang::profile::{Profile, Scale};

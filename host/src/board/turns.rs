@@ -1,8 +1,8 @@
 //! Several clients on the one line of a board: each asks in its turn and gets its own answer.
 //!
-//! A turn begins with a request and ends when the line rests behind the answer, or when none can
-//! come any more. A client of Modbus TCP that gets none is told so by the exception that gateways
-//! have for it; a client that speaks as on a serial line hears nothing, as there.
+//! A turn begins with a request and ends when the line is idle after the reply, or when no reply can
+//! come any more. Then a Modbus TCP client gets the exception that gateways have for it; a
+//! client that speaks as on a serial line gets nothing, as on a serial line.
 
 use crate::link::adu::{Mbap, NotMbap, open_rtu, rtu, rtu_request};
 

@@ -1,4 +1,4 @@
-//! How the emulated chip has set its UART.
+//! The UART settings of the emulated chip.
 
 use emulator::{Board, Family, Format, Parity};
 

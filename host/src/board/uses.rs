@@ -1,4 +1,4 @@
-//! What each output did in a run.
+//! Use of each output in a run: how often it was switched on, and for how long.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Held of every run of moves alone: no motor is anywhere but between the places that the trace has told.
+//! Checks a run that only moves: every motor stays between the positions of the trace.
 
 use lang::axis::Axis;
 

@@ -1,4 +1,4 @@
-//! Where the axes are commanded to, as far as the text of a program tells: numbers that hold whenever
+//! Commanded positions of the axes, as far as the text of a program determines them: numbers that hold whenever
 //! and however often a statement runs.
 
 use lang::axis::{Axis, AxisSet};

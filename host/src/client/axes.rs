@@ -1,4 +1,4 @@
-//! The axes that a board has: those of the program on it, by which it draws lines and homes.
+//! The axes of a board: those of its stored program, which it uses for commanded lines and homing.
 
 use std::fmt;
 

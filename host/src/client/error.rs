@@ -1,4 +1,4 @@
-//! Why an exchange with a board failed, in words.
+//! Errors of an exchange with a board, as messages.
 
 use std::fmt;
 use std::io;

@@ -1,4 +1,4 @@
-//! What a gateway tells of its boards: the files of its own unit.
+//! A gateway's boards: the files of its own unit.
 
 use std::time::Duration;
 

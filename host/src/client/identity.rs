@@ -1,4 +1,4 @@
-//! Who the board is: versions, fingerprints, program store.
+//! Identity of a board: versions, fingerprints, program store.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! Commands of the InterpCNC block that move a machine by hand, made from its profile (InterpCNC V3
+//! InterpCNC commands that move a machine by hand, made from its profile (InterpCNC V3
 //! Modbus protocol, Commands).
 
 use lang::axis::Axis;

@@ -1,4 +1,4 @@
-//! What a program prints, as it comes over the link (lang's `wire` module, Print).
+//! PRINT output over the link (lang's `wire` module, Print).
 
 use lang::wire;
 

@@ -1,4 +1,4 @@
-//! Where a program stands that a host in trace mode halts.
+//! The place in a program at which trace mode has halted it.
 
 use lang::record::feature;
 use lang::wire;

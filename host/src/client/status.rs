@@ -1,4 +1,4 @@
-//! What the board does at the moment, and making it do something else.
+//! Status of a board, and run control.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! Bringing a program to the board (lang's `wire` module, Upload).
+//! Upload of a program (lang's `wire` module, Upload).
 
 use std::fmt;
 

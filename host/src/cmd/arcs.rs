@@ -1,4 +1,4 @@
-//! Arcs of a program for a part or a board that draws none.
+//! Replaces arcs of a program by chords for a part or a board without arcs.
 
 use std::collections::BTreeMap;
 

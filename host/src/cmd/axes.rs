@@ -1,7 +1,7 @@
 //! `pasapas home`, `jog` and `io`: commissioning, one line each.
 //!
 //! They use InterpCNC's commands 106 and 103 with the parameters of the machine that `--profile` names, so they
-//! work on a board without a program too, or with those of the axes that the board itself tells.
+//! work on a board without a program, too; without `--profile` the board's own axes are used.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! `pasapas build`: compiles, and says what of the device's limits a script uses.
+//! `pasapas build`: compiles, and reports how much of the device's limits a script uses.
 
 use clap::Args;
 use lang::back::Compiled;

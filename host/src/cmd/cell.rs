@@ -1,4 +1,4 @@
-//! `--cell`: the cell around a simulated machine, and what becomes of its report.
+//! `--cell`: the cell around a simulated machine, and its report.
 
 use std::path::Path;
 

@@ -1,6 +1,6 @@
-//! What every command is given: the options that all of them take, and where to write.
+//! Options that all commands take, and the output that they write to.
 //!
-//! It stands apart from [`cmd`](super), which imports every command, so that the commands do not import that.
+//! It is apart from [`cmd`](super), which imports every command, so that the commands do not import that.
 
 use std::io::{IsTerminal, Write};
 

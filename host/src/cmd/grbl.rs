@@ -1,4 +1,4 @@
-//! `pasapas grbl`: the programs that drive a Grbl controller drive a board.
+//! `pasapas grbl`: a Grbl server in front of a board.
 
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! `pasapas import`: programs of other systems become scripts.
+//! `pasapas import`: converts programs of other systems into scripts.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! `pasapas level`: a map of heights corrects a job of G-code, or a script that probes one is made.
+//! `pasapas level`: corrects a job of G-code by a map of heights, or makes the script that probes one.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! `pasapas help language`: the manuals, which are in the tool, for who has nothing but the tool.
+//! `pasapas help language`: the manuals, which are part of the tool.
 
 /// A manual: the word behind `help`, what it is about, its text.
 type Manual = (&'static str, &'static str, &'static str);

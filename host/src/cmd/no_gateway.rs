@@ -1,4 +1,4 @@
-//! `pasapas gateway` of a tool that was built without it.
+//! `pasapas gateway` in a tool that was built without it.
 
 use clap::Args;
 

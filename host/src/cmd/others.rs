@@ -1,4 +1,4 @@
-//! Programs that a script begins by RUN: the scripts beside it, by the names that `upload` gives them.
+//! Programs that a script starts by RUN: the scripts in the same folder, by the names that `upload` gives them.
 
 use std::path::{Path, PathBuf};
 

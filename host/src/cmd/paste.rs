@@ -1,4 +1,4 @@
-//! `pasapas paste`: a paste layer, or a list of pads, becomes a job of dots that runs alone.
+//! `pasapas paste`: makes a job of dots from a paste layer or a list of pads.
 
 use std::collections::BTreeMap;
 use std::path::Path;

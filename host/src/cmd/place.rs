@@ -1,4 +1,4 @@
-//! `pasapas place`: a circuit board's placement file becomes a job that runs alone.
+//! `pasapas place`: makes a job from a circuit board's placement file.
 
 use std::collections::BTreeMap;
 use std::fs;

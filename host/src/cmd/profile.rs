@@ -1,4 +1,4 @@
-//! `pasapas profile`: the machine descriptions that the host knows and that a board holds.
+//! `pasapas profile`: built-in profiles, profile files, and the profile of a board.
 
 use clap::{Args, Subcommand};
 use lang::front::source::Source;

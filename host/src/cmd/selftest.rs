@@ -1,4 +1,4 @@
-//! `pasapas selftest`: measures on a board what the emulator promises.
+//! `pasapas selftest`: checks on a board what the emulator promises.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;

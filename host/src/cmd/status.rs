@@ -1,4 +1,4 @@
-//! `pasapas status` and `pasapas watch`: what a board does.
+//! `pasapas status` and `pasapas watch`: the state of a board.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! `pasapas test`: scripts with what stands beside them: cell, world, trace.
+//! `pasapas test`: runs scripts with the cell, world and trace of the same name.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! `pasapas torture`: injects faults and counts what survives.
+//! `pasapas torture`: injects faults and counts the cases that survive.
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;

@@ -1,7 +1,7 @@
 //! `pasapas trace`: a program on a board, effect by effect.
 //!
-//! In trace mode the board waits with its next effect until the host has taken the last one, so a
-//! host that takes its time halts the program: that is a step, and a breakpoint, without a byte of
+//! In trace mode the board waits with its next effect until the host has taken the last event. A
+//! host that does not take it halts the program: this makes steps and breakpoints without a byte of
 //! the board's memory.
 
 use std::io::BufRead;

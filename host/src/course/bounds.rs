@@ -1,4 +1,4 @@
-//! How fast each line of a course may end, by all that comes behind it.
+//! How fast each line of a course may end, by all that comes after it.
 
 use firmware::motion::path::Feed;
 use firmware::motion::path::geometry::{Geometry, Shape, Tail};
@@ -9,7 +9,7 @@ use lang::record::MachineRecord;
 use super::Pace;
 use super::walk::Line;
 
-/// What a square may be too high by where numbers of 24 bits were rounded: this part of it is left away.
+/// What a square may be too high by where numbers of 24 bits were rounded: this part of it is subtracted.
 const ROUNDING: f64 = 1e-4;
 /// The part of a ramp that the chip uses ([`firmware::motion::ramp`]).
 const RAMP: f64 = 31.0 / 32.0;
@@ -47,6 +47,15 @@ pub fn number(of: Scaled) -> f64 {
 
 impl Bounds {
     /// Those of the lines of a course, of a machine whose planner takes so long.
+    ///
+    /// Two passes, as of grbl's `planner_recalculate` and Klipper's look-ahead, over all lines of the course at once:
+    /// - backward, from the last line, which rests: the end of a line is no faster than its corner, the top speeds, and what
+    ///   the next line can brake from, `end^2 <= next end^2 + 2 d length`. This is `most`, which the record must never
+    ///   exceed;
+    /// - forward: an end is no faster than the line can become, `end^2 <= end^2 before + 2 a length`, and than its feed. This is
+    ///   `best`, what the run will really have, by which lost time is judged.
+    ///
+    /// An end no faster than `rest`, the lowest start rate, is a stop: 0.
     pub fn of(lines: &[Line], program: &Program, pace: &Pace) -> Bounds {
         let machine = MachineRecord::of(&program.profile);
         let shapes: Vec<Geometry> = lines.iter().map(|line| shape(line, &machine)).collect();
@@ -94,6 +103,10 @@ impl Bounds {
     }
 
     /// How long lines last whose ends have these squares of speeds, nothing of joined ones, s.
+    ///
+    /// Along a line v^2 rises by `up` over its whole length and falls by `down`, both straight. They meet at
+    /// `(from * down + to * up + up * down) / (up + down)`. Each ramp takes its part of the length over the mean of the
+    /// speeds at both of its ends, as acceleration is constant; the rest of the length takes the top speed.
     pub fn seconds(&self, ends: &[Option<f64>]) -> f64 {
         let mut before = 0.0;
         let each = ends.iter().flatten().enumerate().map(|(n, end)| {
@@ -114,6 +127,9 @@ impl Bounds {
 
     /// What it costs that the square of the speed at the end of the n-th line is no more than this, s, nearly: a dip on its
     /// ramps, or the whole line as slow as that.
+    ///
+    /// A dip from `fast` to `slow` and back at the ramp `d` takes `2 (fast - slow) / d` where `(fast^2 - slow^2) / (d fast)`
+    /// would do: it loses `(fast - slow)^2 / (d fast)`, with `d = ramp / (2 length)`.
     pub fn lost(&self, n: usize, end: f64) -> f64 {
         let (best, end) = (self.best[n], f64::max(end, 0.0));
         if end >= best || best <= self.rest {
@@ -134,9 +150,12 @@ pub fn shape(line: &Line, machine: &MachineRecord) -> Geometry {
     Geometry { unit: commanded.unit, ..whole }
 }
 
-/// The highest speed, um/s, at which no axis changes its own by more than half of its start rate where one line follows another one,
-/// beside what their directions want: a long step of one axis makes its line longer for all. Either line may have a step more
-/// or less than was commanded.
+/// The highest speed, um/s, at which rounding to whole steps makes no axis jump by more than half of its start rate from one
+/// line to the next.
+///
+/// At path speed v an axis runs at `v * steps / length`. The corner already limits the change that the commanded directions
+/// ask for; this is the change beyond it: an axis with long steps makes a short line longer or shorter for all axes. A
+/// step more or less in either line is ordinary rounding and does not count: `slack`.
 fn steady(machine: &MachineRecord, lines: [&Line; 2], shapes: [&Geometry; 2]) -> f64 {
     let lengths = shapes.map(|shape| number(shape.length));
     let commanded =

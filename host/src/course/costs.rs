@@ -1,4 +1,4 @@
-//! What the VM's instructions take on the chip that has slow points, as `pasapas bench costs` measures it.
+//! Execution times of the VM's instructions on the chip that has slow points, as `pasapas bench costs` measures them.
 
 use lang::isa::Op;
 

@@ -1,4 +1,4 @@
-//! What the chip will make of the records, course by course.
+//! Plays the records as the chip will, course by course.
 
 use std::collections::BTreeMap;
 

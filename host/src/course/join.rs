@@ -1,4 +1,4 @@
-//! Lines that the chip joins, as it would plan each for longer than it lasts.
+//! Lines that the chip joins, because planning one takes longer than the line lasts.
 
 use lang::record::MachineRecord;
 
@@ -16,8 +16,12 @@ const BESIDE: f64 = 0.5;
 /// Lines are joined where planning each would take so many times as long as they last: what joins them takes bytes.
 const SLOWED: f64 = 1.15;
 
-/// The lines of a course as the chip makes them: where one lasts no longer than the next is planned it is joined to those
-/// behind it on the same straight way. The first is made as it is.
+/// The lines of a course as the chip makes them: a line that is over before the next one can be planned is joined to the
+/// next, as long as all stay on one straight way. The first line is made as it is.
+///
+/// Greedy, from the first line to the last: the last line made takes the next one in if it is too short for its own planning
+/// ([`SLOWED`] times its time at first, as joining costs bytes), if both together are still planned within the last two
+/// segments of a line, and if no commanded point lies more than half a step beside the joined line.
 pub fn join(lines: &[Line], machine: &MachineRecord, pace: &Pace) -> Vec<Line> {
     let mut made: Vec<Line> = Vec::new();
     // The first of those that the last one made is of.
@@ -39,7 +43,8 @@ pub fn join(lines: &[Line], machine: &MachineRecord, pace: &Pace) -> Vec<Line> {
 }
 
 impl Pace {
-    /// How long the chip takes for a line while one like it is played, s.
+    /// How long the chip takes for a line while one like it is played, s: the work over the part of the processor that
+    /// step interrupts and the link leave.
     fn needs_s(&self, line: &Line, machine: &MachineRecord) -> f64 {
         let g = shape(line, machine);
         let event_s = self.work(line, line).event * number(g.events) / lasts_s(line, machine);
@@ -59,6 +64,9 @@ fn slowed(open: &Line) -> f64 {
 }
 
 /// The lines name the same axes, have one feed, and go straight on; there are steps to make.
+///
+/// `way` is the sum of all; the distance of each line's end from it, axis by axis, is that of a point from a straight line:
+/// its place less its projection.
 fn is_one(lines: &[Line], machine: &MachineRecord) -> bool {
     let way: [f64; 3] = [0, 1, 2].map(|n| lines.iter().map(|line| f64::from(line.um[n])).sum());
     let along = |to: [f64; 3]| (0..3).map(|n| to[n] * way[n]).sum::<f64>() / dot(way);

@@ -1,4 +1,4 @@
-//! The entries of a course: as few as the time is worth that others would save.
+//! The entries of a course: no more of them than the time that they save is worth.
 
 use lang::image::course::{Entry, MOST};
 
@@ -35,9 +35,13 @@ pub fn value(bound: u16) -> f64 {
     mantissa / 128.0 * 2f64.powi(exponent - 105)
 }
 
-/// The entries of a course, for each of its lines: in a loop one behind them would begin them anew. Of all that never
-/// let a line end too fast those whose bytes, at `worth` s each, and lost time are the least together. `None` when all
-/// of its lines rest.
+/// The entries of a course, for each of its lines: in a loop a line after the last entry would begin them anew. Of all lists
+/// that never let a line end too fast this is the one whose bytes, at `worth` s each, and lost time are the least together.
+/// `None` when all of its lines rest.
+///
+/// Dynamic programming from the last line to the first. `least[n]` is the least cost of the lines from n on; it is that of
+/// one entry for the lines n to n + k, tried for each k, plus `least[n + k + 1]`, which is known. Following the first
+/// entries from line 0 on gives the list.
 pub fn entries(bounds: &Bounds, worth: f64) -> Option<Vec<Entry>> {
     let count = bounds.most.len();
     if bounds.most.iter().all(|most| *most == 0.0) {
@@ -69,8 +73,12 @@ pub fn entries(bounds: &Bounds, worth: f64) -> Option<Vec<Entry>> {
     Some(all)
 }
 
-/// Entries for the lines from the n-th on, one line longer each, and the time that they lose, s; up to where each line of
-/// an own entry would do better.
+/// Entries for the lines from the n-th on, one line longer each, and the time that they lose, s; up to where an entry for each
+/// line would lose less.
+///
+/// An entry has one number for all of its lines. Either each may end at that speed (`holds`), or each may end slower than the
+/// one before by what it can brake. In both cases the number is the lowest that one of the lines allows; in the second, `taken`
+/// is what the lines from n + 1 on have braked, so the number for the first is what a later one allows plus `taken`.
 fn candidates(bounds: &Bounds, worth: f64, n: usize, holds: bool) -> Vec<(Entry, f64)> {
     let mut found: Vec<(Entry, f64)> = Vec::new();
     let (mut most, mut taken, mut lost) = (f64::INFINITY, 0.0, 0.0);

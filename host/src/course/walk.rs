@@ -1,4 +1,4 @@
-//! The lines that a program will make, in their order.
+//! The lines of a program's run, in their order.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt;

@@ -1,14 +1,14 @@
-//! Whether the next line comes in time.
+//! Whether the next line is planned in time.
 //!
-//! The chip goes on in the program when all segments of a line are made. From then on it has the last two of them, as the
-//! slots of the step engine hold two: the first of both plays when the last one is made. Until that has been played the chip
-//! executes what stands before the next line, plans it and makes its first segment, for which there is room when the last
-//! segment begins. A line that one segment makes is the whole window.
+//! The chip goes on in the program when all segments of a line are made. At that moment the step engine's two slots hold the
+//! line's last two segments, and the first of them plays. Until it has been played the chip executes the statements before the
+//! next line, plans that line and makes its first segment; the slot for it is free when the last segment begins. For a line
+//! of one segment that segment is the whole window.
 //!
 //! A segment of a line that ends at speed takes 2^n events, as many as last 4.1 to 8.2 ms at the speed that it begins with
-//! ([`firmware::motion::ramp`]), and the last one more than a quarter of that. How fast a line is in the end depends on
-//! overrides and pauses, too, so all speeds that lead to an end are looked at, with the fewest events and the least time that
-//! the ramps allow.
+//! ([`firmware::motion::ramp`]), and the last one more than a quarter of that. The speed at the end of a line also depends on
+//! overrides and pauses, so all speeds from which it can reach an end are considered, with the fewest events and the least
+//! time that the ramps allow.
 
 /// The least time of 2^n events at the speed at which they begin, s: 2^16 ticks of 16 MHz.
 const SEGMENT_S: f64 = 65_536.0 / 16e6;
@@ -74,6 +74,10 @@ impl Way {
     }
 
     /// Whether the work is done in time when the line begins and ends no faster than at `end`.
+    ///
+    /// For each count 2^n of events that a segment may have: the highest speed at which it has so many (each count lasts
+    /// `SEGMENT_S` at the least), the fewest events that the last two segments have then, and the least time in which the
+    /// ramps let the axes make them. The work must fit into that time, and the next line's first segment into the last one.
     fn is_in_time(&self, end: f64, work: &Work) -> bool {
         let cap = self.top.max(end);
         let mut count = 1.0;
@@ -111,6 +115,10 @@ impl Way {
     }
 
     /// The least time of a way from one speed to another that is no higher than `end`, s.
+    ///
+    /// Full ramp up, then `cap` or the speed at which both ramps meet, then full ramp down:
+    /// `v^2 = (from^2 d + end^2 a + 2 a d way) / (a + d)`. If the way is too short to reach either end speed, one ramp takes
+    /// all of it: `way = v t + a t^2 / 2`, solved for t.
     fn least_s(&self, from: f64, end: f64, cap: f64, way: f64) -> f64 {
         let (up, down) = (self.accel, self.decel);
         let meet = (from * from * down + end * end * up + 2.0 * up * down * way) / (up + down);

@@ -1,5 +1,5 @@
-//! A program on a board, effect by effect, in trace mode: a host that takes no further event halts
-//! the program before its next effect.
+//! Debugging on a board, effect by effect, in trace mode: the program halts before its next effect
+//! while the host takes no further event.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

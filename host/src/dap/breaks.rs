@@ -1,4 +1,4 @@
-//! Breakpoints: what a line that is about to run means.
+//! Breakpoints: conditions, hit counts and log points of a line that is about to run.
 
 use std::collections::HashMap;
 

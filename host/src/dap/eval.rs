@@ -1,4 +1,4 @@
-//! Watches: an expression of the language over what a halted run shows.
+//! Watches: expressions of the language, evaluated in a halted run.
 
 use lang::front::ast::{BinaryOp, Expr, ExprKind, Machine, PrintPart, StmtKind, UnaryOp};
 use lang::front::diag::Diags;

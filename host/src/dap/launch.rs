@@ -1,4 +1,4 @@
-//! What an editor wants to be debugged, and where.
+//! Launch arguments: the program to debug, and the machine to debug it on.
 
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver};

@@ -1,4 +1,4 @@
-//! What the names of a script mean in a run: their cells, values and places, for watches and lists.
+//! Names of a script in a run: their cells, values and positions, for watches and lists.
 
 use std::collections::HashMap;
 use std::ops::Range;

@@ -1,4 +1,4 @@
-//! From a file's name to a program that can be looked at while it runs.
+//! From a file's name to a program that can be inspected while it runs.
 
 use std::collections::{BTreeMap, BTreeSet};
 

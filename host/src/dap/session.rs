@@ -1,4 +1,4 @@
-//! An editor's session: its requests, and what it hears of the run.
+//! An editor's session: its requests, and the events of the run.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};

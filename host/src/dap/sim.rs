@@ -1,6 +1,6 @@
 //! A script on the simulated machine, statement by statement.
 //!
-//! A run is deterministic: to go back, it is made anew and in silence up to the statement before.
+//! A run is deterministic. A step back runs it again from the start, without output, up to the statement before.
 
 use std::cell::Cell;
 use std::collections::HashMap;

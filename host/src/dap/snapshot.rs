@@ -1,4 +1,4 @@
-//! A halted run, and what goes to and fro between an editor's session and what runs.
+//! A halted run, and the messages between an editor's session and the run.
 
 use lang::vm::entry;
 

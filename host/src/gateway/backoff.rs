@@ -1,4 +1,4 @@
-//! How seldom a board is asked that does not answer.
+//! Exponential back-off for boards that do not respond.
 
 use std::time::{Duration, Instant};
 

@@ -1,4 +1,4 @@
-//! Answers of a board that are still young enough to be given again.
+//! Replies of a board that are recent enough to be given again.
 
 use std::time::{Duration, Instant};
 

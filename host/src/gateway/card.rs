@@ -1,11 +1,10 @@
-//! The interface cards of charlyrobot and isel, in front of a board: what their programs send over a
-//! serial line, a pseudo-terminal or TCP moves it.
+//! The interface cards of charlyrobot and isel, emulated in front of a board: their programs move it over a
+//! serial line, a pseudo-terminal or TCP.
 //!
-//! [`import::card`] knows the card's language. Here a thread reads what comes and hears the bytes that
-//! stop at any time ([`talk`]); another one carries lines out one after the other and answers each
-//! ([`worker`]), by commands that the board itself bounds ([`drive`]). A client that is gone leaves
-//! nothing behind that would still move: what waited is forgotten, what moves comes to the end that was
-//! asked for.
+//! [`import::card`] knows the card's language. Here one thread reads input and handles the bytes that
+//! stop at any time ([`talk`]); another one executes lines one after the other and answers each
+//! ([`worker`]), by commands with a bounded distance ([`drive`]). When a client disconnects, nothing keeps
+//! moving: waiting lines are dropped, and a move under way ends at its target.
 
 mod drive;
 mod port;
@@ -30,7 +29,7 @@ use stopper::Stopper;
 use talk::Talk;
 use worker::Worker;
 
-/// Cards are askers beside the clients of Modbus TCP, whose numbers count from 1.
+/// Cards are clients, too; those of Modbus TCP count from 1.
 const FIRST_ASKER: Asker = 1 << 62;
 /// Longest wait for what comes, between two looks at what is to go out.
 const WAIT: Duration = Duration::from_millis(5);

@@ -1,7 +1,6 @@
-//! What can be read and written of each board, for the tools of others: a row for every value.
+//! The readable and writable values of each board, for other tools: a row for every value.
 //!
-//! Everything comes from the register map, the machine's profile and the script that is on the board;
-//! nothing is told here a second time.
+//! The rows are made from the register map, the machine's profile and the script on the board.
 
 use lang::axis::Axis;
 use lang::profile::Profile;

@@ -1,9 +1,9 @@
-//! InterpCNC's command 1000: G-code as text over Modbus, for boards that can be fed.
+//! InterpCNC's command 1000: G-code as text over Modbus, for boards that can stream.
 //!
-//! A client writes lines into a buffer ([`Texts`]) whose room it reads; a thread makes batches of what
-//! waits and feeds them to the board as one run, so that motion goes on from line to line. A stop, from
-//! wherever it comes, and a fault forget what waits, and nothing more is taken until a client
-//! acknowledges: one that has not noticed must not go on in the middle.
+//! A client writes lines into a buffer ([`Texts`]) and reads how much room is left. A thread makes batches of the
+//! waiting lines and feeds them to the board as one run, so that motion goes on from line to line. A stop from
+//! any source and a fault drop the waiting lines, and nothing more is taken until a client
+//! acknowledges: a client that has not noticed must not continue in the middle.
 
 mod host;
 mod modes;

@@ -1,6 +1,6 @@
-//! `[[grbl]]` of the gateway's file: boards that Grbl's clients drive.
+//! `[[grbl]]` of the gateway's file: boards for Grbl clients.
 //!
-//! The server itself is [`crate::grbl`]; here its requests take their turns among those of all others.
+//! The server itself is [`crate::grbl`]; its requests to the board take their turns among all others.
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ use crate::grbl::port::Ports;
 use crate::grbl::{Server, Setting};
 use crate::input;
 
-/// Askers beside clients, cards and G-code.
+/// Client number of Grbl servers, apart from those of clients, cards and G-code.
 const FIRST_ASKER: Asker = 1 << 60;
 
 /// `[[grbl]]`

@@ -1,5 +1,5 @@
-//! A way to a board from inside the gateway: what a client of ours sends takes its turn among the
-//! requests of all others.
+//! Access to a board from inside the gateway: requests of the gateway's own services take their turns among
+//! those of all clients.
 
 use std::io;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};

@@ -1,6 +1,6 @@
-//! Light boards on a line that takes the time of a real one: a hundred of them cost no processor.
+//! Model boards on a line with the timing of a real one: a hundred of them take hardly any processor time.
 //!
-//! They hold registers and coils and nothing else; what a gateway does to a line's time is measured
+//! They hold registers and coils and nothing else. The gateway's effect on a line's time is measured
 //! and tested with them.
 
 use std::collections::{HashMap, VecDeque};

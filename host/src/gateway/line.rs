@@ -1,7 +1,7 @@
-//! The one owner of a line and of all boards on it: a thread that asks for everybody, in turns.
+//! The thread that owns a line and all boards on it: it serves all clients in turns.
 //!
-//! [`Helm`](crate::helm::Helm) owns a port with one board and looks at it all the while; here several
-//! boards share a line, requests pass as they are, and one that does not answer must cost the
+//! [`Helm`](crate::helm::Helm) owns a port with one board and polls it all the time. Here several
+//! boards share a line, requests are passed on unchanged, and a board that does not answer must cost the
 //! others next to nothing.
 
 use std::sync::atomic::{AtomicU8, Ordering};

@@ -1,4 +1,4 @@
-//! Looks at the boards of a line, an exchange at a time, between the requests of clients.
+//! Background poller of the boards of a line: one exchange at a time, between the requests of clients.
 
 use std::sync::Arc;
 use std::time::Instant;

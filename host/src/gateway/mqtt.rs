@@ -1,8 +1,8 @@
-//! MQTT: the state of each board, its events, and orders with a reply, by a broker.
+//! MQTT: the state of each board, its events, and commands with a reply.
 //!
-//! A thread of its own with its own tasks: the disk of the [outbox](super::outbox) may take its time
-//! without a client of Modbus waiting for it. `session` is the conversation with the broker, `report`
-//! what is told of a board, `order` what may be asked of one.
+//! It has a thread with its own tasks, so that a slow disk of the [outbox](super::outbox)
+//! delays no Modbus client. `session` is the conversation with the broker, `report`
+//! publishes boards, `order` executes commands.
 
 mod order;
 mod report;

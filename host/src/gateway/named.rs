@@ -1,4 +1,4 @@
-//! The variables of a board's program by their names, read along with each look at the board.
+//! Variables of a board's program by name, read with each poll of the board.
 
 use std::collections::HashMap;
 

@@ -1,7 +1,7 @@
-//! OPC UA: boards as objects, with what they show, the variables of their programs by name, and
+//! OPC UA: boards as objects with their values, the variables of their programs by name, and
 //! methods.
 //!
-//! The server is a crate of 160 and so behind the feature `opcua`; what a file may say of it is known
+//! The server brings 160 crates, so it needs the feature `opcua`; its section of the gateway's file is known
 //! to every build.
 
 #[cfg(feature = "opcua")]

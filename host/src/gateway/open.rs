@@ -1,4 +1,4 @@
-//! Opening a line, with the rate and parity at which its boards answer.
+//! Opens a line, and finds the rate and parity at which its boards answer.
 
 use std::time::Duration;
 

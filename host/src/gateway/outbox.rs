@@ -1,9 +1,9 @@
 //! Messages that must arrive: kept on disk in their order until the broker has acknowledged them.
 //!
-//! No library keeps them when a broker forgets the session, so the gateway does: each message gets a
-//! number that also stands in its text, and a receiver drops what it has by that number. Only what
-//! is on disk is sent. The file is lines of JSON, written at its end; a line that a power cut tore
-//! is dropped. Bounded: the oldest message makes room, and that is counted and told.
+//! No library keeps them when a broker forgets the session, so the gateway does. Each message has a
+//! number that is also part of its text, so a receiver can drop duplicates. A message is sent only after it
+//! is on disk. The file is lines of JSON, appended at its end; a line that a power cut has torn
+//! is dropped. The file is bounded: the oldest message makes room, and that is counted and reported.
 
 use std::collections::VecDeque;
 use std::fs::{File, OpenOptions, TryLockError};

@@ -1,6 +1,6 @@
-//! Requests as a gateway sees them: what they touch, whether they write, how long the reply is.
+//! Requests as a gateway needs them: which addresses they touch, whether they write, how long the reply is.
 //!
-//! A request that no board could answer is refused here and costs no line any time. Source: Modbus
+//! A request that no board could answer is refused here and takes no time on the line. Source: Modbus
 //! Application Protocol V1.1b3, section 6.
 
 use std::ops::Range;

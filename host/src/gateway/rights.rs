@@ -1,7 +1,7 @@
-//! What a client may do: by its network address, which boards it sees and which addresses it writes.
+//! Rights of a client by its network address: which boards it sees and which addresses it writes.
 //!
-//! Modbus knows no login, so nothing may be written unless the gateway's file says so. What ends motion is the one
-//! exception: whoever sees a board may stop it, unless the file forbids that.
+//! Modbus has no login, so nothing may be written unless the gateway's file says so. Stopping is the one
+//! exception: every client that sees a board may stop it, unless the file forbids that.
 
 use std::net::IpAddr;
 use std::ops::Range;

@@ -1,7 +1,7 @@
 //! Sparkplug B 3.0: the gateway as an edge node, each board a device.
 //!
-//! `payload` is the protocol buffer, `node` the machine that knows the rules, `metrics` what a board
-//! shows; here is the thread that talks to the broker, by the connection that `[mqtt]` describes.
+//! `payload` is the protocol buffer, `node` the state machine with the rules, `metrics` the values of a board.
+//! The thread here talks to the broker, by the connection that `[mqtt]` describes.
 
 mod metrics;
 mod node;

@@ -1,4 +1,4 @@
-//! A board of a line as everybody sees it: its counters, its memory, and whether it answers.
+//! A board of a line as all clients see it: its counters, its memory, and whether it answers.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};

@@ -1,17 +1,17 @@
-//! Who is served next: a request of each in turn, what ends motion before all of them.
+//! Scheduling of requests: one of each client in turn, stops before all of them.
 
 use std::collections::VecDeque;
 
 /// Who asks.
 pub type Asker = u64;
 
-/// Requests of one asker that may wait.
+/// Requests of one client that may wait.
 const MOST_WAITING: usize = 32;
 
 /// Requests that wait.
 pub struct Turns<T> {
     urgent: VecDeque<T>,
-    /// Askers with requests, the next one's turn first.
+    /// Clients with requests, the next one's turn first.
     queues: VecDeque<(Asker, VecDeque<T>)>,
 }
 
@@ -22,7 +22,7 @@ impl<T> Default for Turns<T> {
 }
 
 impl<T> Turns<T> {
-    /// Puts a request behind those of the same asker; gives it back if too many wait already.
+    /// Queues a request after those of the same client; gives it back if too many wait already.
     pub fn push(&mut self, asker: Asker, request: T) -> Result<(), T> {
         match self.queues.iter_mut().find(|(own, _)| *own == asker) {
             Some((_, queue)) if queue.len() >= MOST_WAITING => return Err(request),

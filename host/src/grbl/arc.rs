@@ -1,5 +1,5 @@
-//! The geometry of G2 and G3 in a plane: the centre by offsets or by a radius, how far it turns, how
-//! far it reaches.
+//! The geometry of G2 and G3 in a plane: the centre by offsets or by a radius, the angle, the
+//! extremes.
 
 use std::f64::consts::{PI, TAU};
 

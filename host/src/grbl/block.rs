@@ -1,4 +1,4 @@
-//! A line of G-code, read and held against Grbl's rules of what may stand together. Nothing is done yet.
+//! A line of G-code, parsed and checked against Grbl's rules of which words exclude each other. Nothing is executed yet.
 
 use super::Error;
 use super::modal::{Motion, Spindle};

@@ -1,5 +1,5 @@
-//! Where a session and the thread that owns the board meet: what is to be done, and how the machine
-//! stands.
+//! State shared by a session and the thread that owns the board: work to do, and the state of the
+//! machine.
 
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};

@@ -1,8 +1,8 @@
-//! The thread that owns the board: it feeds it with a session's lines, carries out what is wanted at
-//! once, and shows how it stands.
+//! The thread that owns the board: it feeds a session's lines, executes real-time commands, and updates
+//! the state.
 //!
-//! All lines that follow one another closely are one streamed run ([`crate::stream::pump`]), so motion
-//! goes on from line to line. A run ends when nothing has come for a while and nothing is switched on.
+//! Lines that follow one another closely are one streamed run ([`crate::stream::pump`]), so motion
+//! goes on from line to line. A run ends when no line has come for a while and nothing is switched on.
 
 mod looks;
 mod run;

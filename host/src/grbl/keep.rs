@@ -1,4 +1,4 @@
-//! What Grbl keeps when it is switched off, in a file: G54 to G59, G28, G30, `$10`, `$13`.
+//! Settings that Grbl keeps without power, in a file: G54 to G59, G28, G30, `$10`, `$13`.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

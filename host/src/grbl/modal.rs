@@ -1,4 +1,4 @@
-//! What holds between lines: modal words and offsets.
+//! Modal state between lines: modal words and offsets.
 
 /// A place or an offset, mm.
 pub type Point = [f64; 3];

@@ -1,4 +1,4 @@
-//! What a session wants of the machine, in machine coordinates, and its text in the language.
+//! A session's commands to the machine, in machine coordinates, and their text in the language.
 
 use std::fmt::Write;
 

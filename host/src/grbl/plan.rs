@@ -1,7 +1,7 @@
-//! What a line does: new modal words and offsets, orders for the machine, and what is waited for.
+//! Executes a line: new modal words and offsets, commands for the machine, and what to wait for.
 //!
-//! The order of things within a line is Grbl's (gcode.c, `gc_execute_line`). Nothing changes until the
-//! whole line is good.
+//! The order within a line is Grbl's (gcode.c, `gc_execute_line`). Nothing changes until the
+//! whole line is valid.
 
 mod path;
 

@@ -1,5 +1,5 @@
-//! Where a client is: at a TCP connection, a pseudo-terminal or a serial port. One of them drives; who
-//! comes while one drives is told so and let go.
+//! The client's port: a TCP connection, a pseudo-terminal or a serial port. One client drives; another
+//! one that connects meanwhile gets a message and is disconnected.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};

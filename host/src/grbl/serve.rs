@@ -1,4 +1,4 @@
-//! Serves a client: reads its port, runs the session, hands on what the machine is to do.
+//! Serves a client: reads its port, runs the session, passes commands on to the machine.
 
 use std::path::PathBuf;
 use std::sync::Arc;

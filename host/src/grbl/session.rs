@@ -1,8 +1,8 @@
 //! Grbl's protocol for one client, without input or output.
 //!
-//! Bytes go in by [`Session::take`]; what is to be sent and what the machine is to do come out by
+//! Bytes go in by [`Session::take`]; replies and commands for the machine come out by
 //! [`Session::outgoing`] and [`Session::deeds`]. [`Session::tick`] answers what had to wait: a line is
-//! answered once there is room for it ahead of the machine, and some only when all has come to rest.
+//! answered once there is room for it in the machine's queue, and some lines only when the machine rests.
 
 mod course;
 mod dollar;

@@ -1,4 +1,4 @@
-//! What a session knows of the machine, by its profile, and the same as Grbl's `$` settings.
+//! Grbl's `$` settings, from the machine's profile.
 
 use lang::axis::Axis;
 use lang::profile::{AxisProfile, Direction, OutputRole, Profile, PwmKind};

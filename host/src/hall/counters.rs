@@ -1,4 +1,4 @@
-//! What the gateway counts, and the registers that show it.
+//! Counters of the gateway, and the registers that show them.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 

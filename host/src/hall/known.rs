@@ -1,7 +1,7 @@
-//! What the gateway knows of a board that the board itself does not show: its name and tags, and the
-//! names of its program's variables, which whoever uploads the program leaves here.
+//! What the gateway knows of a board beyond the board's registers: its name and tags, and the
+//! names of its program's variables, which the uploading tool stores here.
 //!
-//! It goes over Modbus by the functions that the standard has for such things, 20 and 21 (V1.1b3, 6.14
+//! Transfer is by the standard Modbus functions 20 and 21 (V1.1b3, 6.14
 //! and 6.15): the gateway's own unit has a file for each board, numbered as the board's unit. A file
 //! is JSON; its first record is its length in bytes.
 

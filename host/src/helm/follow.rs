@@ -1,9 +1,9 @@
 //! A run that is followed effect by effect: breakpoints and steps.
 //!
 //! In trace mode the board waits with its next effect until the last one has been taken, so an owner
-//! that takes none halts the program. A part whose [halts](lang::part::Part::halts) are exact lets the
-//! effect under way go on to its end, and tells which one is next and who called for it; on another one
-//! that is known of the effect behind it alone.
+//! that takes none halts the program. A part whose [halts](lang::part::Part::halts) are exact completes the
+//! effect under way, and reports which one is next and who called for it; on another part
+//! only the effect after it is known.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

@@ -1,8 +1,8 @@
-//! A jog that goes on while somebody holds a button, as a chain of bounded moves.
+//! A jog while a button is held, as a chain of bounded moves.
 //!
 //! The board needs no clock for it: each accepted keep-alive gives the axis a target that it reaches
-//! within [`LOOK_AHEAD`] of the write, its ramp included. Whatever breaks, page, browser, tool or
-//! cable, the axis rests that much later, because nobody gave it a farther target.
+//! within [`LOOK_AHEAD`] of the write, its ramp included. If page, browser, tool or
+//! cable fails, the axis rests within that time, because it gets no farther target.
 
 use std::time::{Duration, Instant};
 

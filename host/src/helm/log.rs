@@ -1,4 +1,4 @@
-//! What happened on the board, for everybody who looks later or at another pace.
+//! Log of the board's events, for readers that come later or read at another pace.
 
 use std::collections::VecDeque;
 

@@ -1,11 +1,11 @@
-//! The owner's thread: Stop first, then a held jog, then users in turns, then a look at the board.
+//! The owner's thread: Stop first, then a held jog, then users in turns, then a poll of the board.
 
 use std::sync::Arc;
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use lang::wire::{self, RunState, command};
+use lang::wire::{self, Exception, RunState, command};
 
 use super::follow::{Debug, Follow};
 use super::hold::{Due, Hold};
@@ -24,6 +24,9 @@ const AGAIN: Duration = Duration::from_millis(500);
 const LOOK_PATIENCE: Patience = Patience { reply: Duration::from_millis(250), attempts: 2 };
 /// Bytes of a printed line that is still open; a longer one is shown in pieces.
 const LONGEST_LINE: usize = 4096;
+
+/// Why a hold is over that another process at the line, or the machine's own Stop, has ended.
+const STOPPED: &str = "somebody else stopped it: let the button go, and press it again";
 
 /// What to do next.
 enum Work {
@@ -413,9 +416,11 @@ fn advance(board: &mut Board, hold: &Hold, holding: &mut Holding) -> Result<(), 
         let speed = long(seen[0], seen[1]).unsigned_abs();
         let before = std::mem::replace(&mut holding.speed, speed);
         if hold.was_stopped(last - at, before, speed) {
-            return Err("somebody else stopped it".to_owned());
+            return Err(STOPPED.to_owned());
         }
     }
+    // An axis that has arrived begins anew.
+    let goes_on = holding.last.is_some_and(|last| last != at);
     let homed = of(wire::HOMED) >> axis & 1 != 0;
     let target = hold.target(at, holding.last, homed, Instant::now());
     if holding.last == Some(target) || (holding.last.is_none() && target == at) {
@@ -426,15 +431,16 @@ fn advance(board: &mut Board, hold: &Hold, holding: &mut Holding) -> Result<(), 
     match board.once(|board| board.write_all(wire::COMMAND, &order)) {
         Ok(()) => {
             holding.last = Some(target);
-            // The board's own clock, where it has one, ends the hold as well.
-            match board.once(|board| board.write_all(wire::JOG_HOLD, &[1])) {
-                Err(error) if !error.is_exception(lang::wire::Exception::IllegalAddress) => {
-                    Err(words(error))
-                }
+            // The board's own clock, where it has one, ends the hold as well. A Stop of anybody has ended it, also
+            // one that came between the look and the order.
+            let time = if goes_on { wire::JOG_GOES_ON } else { 1 };
+            match board.once(|board| board.write_all(wire::JOG_HOLD, &[time])) {
+                Err(error) if error.is_exception(Exception::Busy) => Err(STOPPED.to_owned()),
+                Err(error) if !error.is_exception(Exception::IllegalAddress) => Err(words(error)),
                 _ => Ok(()),
             }
         }
-        Err(error) if error.is_exception(lang::wire::Exception::Busy) && holding.last.is_some() => {
+        Err(error) if error.is_exception(Exception::Busy) && holding.last.is_some() => {
             // A part that takes no target on the way is busy while the axis moves; one that rests is
             // held by an emergency stop.
             if board.input(wire::MOVING, 1).map_err(words)?[0] & 0xFF != 0 {

@@ -1,4 +1,4 @@
-//! What the board shows, read register by register between the requests of users.
+//! A snapshot of the board, read register by register between the requests of users.
 
 use lang::axis::Axis;
 use lang::wire;

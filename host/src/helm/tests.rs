@@ -101,6 +101,53 @@ fn a_fault_on_the_way_ends_a_hold_that_is_kept() {
     assert!(live.seen().motors[0] > motors);
 }
 
+/// Another process at the line stops an axis that a held button moves as slowly as this: it stays so while the button is
+/// held, and moves when it is pressed anew.
+fn stopped_by_somebody_else(rate: u32) {
+    let (live, helm) = stand();
+    let user = User::new();
+    let press = |id| Hold::new((user, id), Axis::X, true, (rate, 25_000), (0, 30_000));
+    helm.hold(press(1)).expect("free");
+    let begun = Instant::now();
+    let (mut stopped, mut over) = (None, false);
+    while begun.elapsed() < Duration::from_millis(2_500) {
+        std::thread::sleep(Duration::from_millis(80));
+        over |= helm.keep(user, 1).is_err();
+        if stopped.is_none() && begun.elapsed() > Duration::from_millis(1_000) {
+            assert!(!over && live.seen().motors[0] > 0, "{:?}", helm.log(0).1);
+            let (to, done) = mpsc::channel();
+            let stop = [wire::command::STOP_AXES, 0b111];
+            helm.ask(User::new(), move |board| {
+                let _ =
+                    to.send(board.is_ok_and(|board| board.write_all(wire::COMMAND, &stop).is_ok()));
+            })
+            .expect("room");
+            assert_eq!(done.recv_timeout(PATIENCE), Ok(true));
+            std::thread::sleep(Duration::from_millis(100));
+            stopped = Some(live.seen().motors[0]);
+        }
+    }
+    let log = helm.log(0).1;
+    // It may have set out before the board refused to go on.
+    let on = live.seen().motors[0] - stopped.expect("it was stopped");
+    assert!(on.unsigned_abs() <= u64::from(rate) / 10 + 2, "{on} steps behind a Stop: {log:?}");
+    assert!(over, "the hold goes on: {log:?}");
+    let rest = live.seen().motors[0];
+    helm.hold(press(2)).expect("free");
+    std::thread::sleep(Duration::from_millis(600));
+    assert!(live.seen().motors[0] > rest, "a new press does not move it");
+}
+
+#[test]
+fn a_stop_of_somebody_else_ends_a_slow_hold() {
+    stopped_by_somebody_else(60);
+}
+
+#[test]
+fn a_stop_of_somebody_else_ends_a_fast_hold() {
+    stopped_by_somebody_else(2_000);
+}
+
 #[test]
 fn a_hold_moves_while_it_is_kept_and_rests_soon_after() {
     let (live, helm) = stand();

@@ -1,6 +1,6 @@
-//! Frames of Modbus as they travel: RTU on a serial line, MBAP on TCP.
+//! Modbus frames as they are transmitted: RTU on a serial line, MBAP on TCP.
 //!
-//! Both carry the same function and data (the PDU). RTU puts the address before it and a CRC behind;
+//! Both carry the same function and data (the PDU). RTU puts the address before it and a CRC after it;
 //! MBAP puts a header of seven bytes before it: transaction, protocol 0, length, unit.
 //!
 //! Sources: Modbus over Serial Line V1.02, section 2.5.1; Modbus Messaging on TCP/IP Implementation

@@ -1,4 +1,4 @@
-//! Who has a device open, for the word to those who cannot have it.
+//! Processes that have a device open, for the error message.
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! A link without a device: two ends in one process, for a virtual board that lives beside its host.
+//! A link without a device: two ends in one process, for a virtual board in the same process as its host.
 
 use std::collections::VecDeque;
 use std::io;

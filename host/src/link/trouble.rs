@@ -1,4 +1,4 @@
-//! Why a serial port does not open or is gone, with the remedy for this system.
+//! Errors of a serial port that does not open or has gone, with the remedy for this system.
 
 use std::io;
 

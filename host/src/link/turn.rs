@@ -1,8 +1,8 @@
 //! Turns on a serial device that several processes have open, so that `stop` works while `watch`
-//! runs: whoever asks holds a lock of the device until its reply is there.
+//! runs: a process that sends a request holds a lock of the device until its reply is there.
 //!
-//! It is a POSIX record lock (`fcntl`), which the system takes from a process that ends however it
-//! ends; `flock` belongs to the library that opens the port.
+//! It is a POSIX record lock (`fcntl`), which the system releases however the process
+//! ends; `flock` is used by the library that opens the port.
 
 use std::fs::File;
 use std::io;

@@ -1,4 +1,4 @@
-//! What there is to say of a name: its declaration, kind, value and registers.
+//! Information on a name: its declaration, kind, value and registers.
 
 use lang::fault::Fault;
 use lang::front::facts::Fact;

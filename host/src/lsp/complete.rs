@@ -1,4 +1,4 @@
-//! Completion: what may be written at a place.
+//! Completion at a position.
 
 use lang::effect::Unit;
 use lang::front::index::Sort;

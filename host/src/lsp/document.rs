@@ -1,4 +1,4 @@
-//! One open document: its text, what the front end makes of it, and places as the protocol counts
+//! One open document: its text, the front end's result, and positions as the protocol counts
 //! them.
 
 use std::cell::OnceCell;

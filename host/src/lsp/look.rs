@@ -1,4 +1,4 @@
-//! How a document looks: semantic tokens, folding, inlay hints.
+//! Semantic tokens, folding and inlay hints of a document.
 
 use lang::front::ast::{Block, Stmt, StmtKind};
 use lang::front::index::Sort;

@@ -1,4 +1,4 @@
-//! What editors do with names: outline, definition, references, highlight, rename.
+//! Outline, definition, references, highlight and rename.
 
 use lang::front::index::{Mention, Sort};
 use lang::front::span::Span;

@@ -1,4 +1,4 @@
-//! The call round a place, and its form.
+//! Signature help: the call around a position.
 
 use lang::front::index::Sort;
 use lang::front::span::Span;

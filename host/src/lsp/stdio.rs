@@ -1,6 +1,6 @@
 //! Standard input and output as the connection of the language server.
 //!
-//! lsp-server has this too, but reserves whatever memory a `Content-Length` names before it reads a
+//! lsp-server has this too, but reserves as much memory as `Content-Length` says before it reads a
 //! byte: 99999999999999 ends the process.
 
 use std::io::{self, stdin, stdout};

@@ -1,4 +1,4 @@
-//! The picture as one HTML page with nothing beside it: the run as data, and a viewer for it.
+//! The picture as one self-contained HTML page: the run as data, and a viewer for it.
 
 use lang::axis::Axis;
 use serde::Serialize;

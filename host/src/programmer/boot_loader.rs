@@ -1,13 +1,13 @@
-//! The USB boot loader that every MSP430F5529 has in its own flash: how it writes a firmware, without a
+//! Writing a firmware by the USB boot loader that every MSP430F5529 has in its own flash, without a
 //! programmer.
 //!
 //! It takes a password, the 32 bytes of the last 16 vectors; a wrong one erases the main flash and leaves the
-//! information memory. Behind the right one it writes RAM and starts what is there, no more (SLAU319, "USB
+//! information memory. After the right one it only writes RAM and starts code there (SLAU319, "USB
 //! BSL"). So writing goes by rounds of a small program in RAM, `boot_loader/writer.s`: each writes six
-//! segments and ends in a reset that leads back here, as long as the reset vector is blank. That one is
-//! erased first and written last, behind a look at all the rest: whatever fails on the way, the boot loader
-//! is what comes up. How that look went the chip tells by the time that it takes to come back: to ask by the
-//! password would erase everything where the answer is no.
+//! segments and ends in a reset that leads back to the boot loader, as long as the reset vector is blank. The vector is
+//! erased first and written last, after all the rest has been verified: if anything fails on the way, the chip comes up in
+//! the boot loader. The chip reports the result of the verification by the time that it takes to come back: asking by the
+//! password would erase everything if the answer is no.
 
 mod frame;
 mod rounds;

@@ -1,4 +1,4 @@
-//! The one thing to do behind each failure of a programmer, on this system.
+//! The remedy for each failure of a programmer, on this system.
 
 use std::io::{Error, ErrorKind};
 

@@ -1,4 +1,4 @@
-//! What a cell hears of the run around whose machine it stands, and what is judged of it at the end.
+//! Events of a run for the cell around its machine, and the expectations at the end.
 
 use super::live::Shared;
 use super::{Report, Scene, picture};

@@ -1,4 +1,4 @@
-//! What a hand does at the board: Start, Stop, RST.
+//! Steps that need a person at the board: Start, Stop, RST.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! The link at each rate, and the board's own counters behind all of it.
+//! The link at each rate, and the board's own error counters after all of it.
 
 use lang::profile::Parity;
 use lang::record::BoardRecord;

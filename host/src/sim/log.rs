@@ -1,4 +1,4 @@
-//! The books of a run: trace, record for plots, summary.
+//! Output of a run: trace, record for plots, summary.
 
 use lang::record::AxisRecord;
 

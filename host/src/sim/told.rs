@@ -1,4 +1,4 @@
-//! Events of the machine as lines of the trace.
+//! Formats events of the machine as lines of the trace.
 
 use lang::axis::Axis;
 use lang::fault::Fault;

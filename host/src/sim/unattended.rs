@@ -1,4 +1,4 @@
-//! What a run in a world of nobody ([`World::unattended`]) took upon itself, and its words.
+//! What an unattended run ([`World::unattended`]) assumed, as notes for the user.
 
 use lang::axis::Axis;
 use lang::hir::{Block, Program, StmtKind};

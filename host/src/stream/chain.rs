@@ -1,4 +1,4 @@
-//! Programs that are fed one after the other, each of which lives as long as the first.
+//! Programs streamed one after the other; each is kept as long as the first.
 
 use std::cell::OnceCell;
 

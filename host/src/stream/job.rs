@@ -18,7 +18,7 @@ use crate::track::{Instruction, Track};
 enum Kind {
     /// An effect; the moment is that before it is complete.
     Effect,
-    /// A fault of the program's own, likewise.
+    /// A fault of the program's own.
     Fault,
     /// A handler was left; the moment is that behind it.
     Left,

@@ -1,4 +1,4 @@
-//! How a board comes to where a job goes on in its middle.
+//! The approach of a board to the place at which a job goes on in its middle.
 
 use lang::axis::Axis;
 use lang::fault::Fault;

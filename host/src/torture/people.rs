@@ -1,6 +1,6 @@
-//! Hands on the buttons: Start, Stop, emergency stop, switches and the link at random instants of
-//! random programs. Positions stay right or are marked unknown, nothing moves that nobody asked to
-//! move, and behind the end outputs are as the profile says.
+//! Operator actions: Start, Stop, emergency stop, switches and the link at random instants of
+//! random programs. Positions stay right or are marked unknown, nothing moves without a request,
+//! and after the end outputs are as the profile says.
 
 use emulator::plant::Contact;
 use emulator::{Board, Config, Rng};

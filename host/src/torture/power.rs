@@ -1,5 +1,5 @@
-//! Power: cut at every flash operation of an upload, a KEEP write, a profile write and a logged
-//! fault, at random instants of runs, and again while the board comes up. Behind each cut the
+//! Power cuts: at every flash operation of an upload, a KEEP write, a profile write and a logged
+//! fault, at random instants of runs, and again while the board comes up. After each cut the
 //! board answers in time and holds the old, the new or, where the old one was given up, no program.
 
 mod wear;

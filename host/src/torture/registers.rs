@@ -1,6 +1,5 @@
-//! Registers at any time: whatever is written, read, pressed, cut or pulled, at whatever instant, the board answers
-//! behind it, comes to rest when it is told to, has its outputs where a stop wants them, and no axis moves that was not
-//! asked to.
+//! Registers at any time: after any write, read, button press, power cut or unplugging at any instant the board answers,
+//! comes to rest when commanded, has its outputs as a stop requires, and moves no axis without a request.
 //!
 //! A storm is made of bytes, so that a fuzzer drives it (`host/fuzz`), and runs on the firmware's machine on the desktop
 //! and on the emulated board.

@@ -1,4 +1,4 @@
-//! A bare board: frames as bytes, power and flash in the hand, nobody repeats a request.
+//! A board without a client: frames as bytes, power and flash under the test's control, no retries.
 
 use std::sync::{Mutex, PoisonError};
 

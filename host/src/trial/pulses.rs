@@ -1,5 +1,5 @@
-//! Pulses of inputs that a person draws on the timeline of a simulation. They are lines at the end of the script's
-//! world, so that `sim` and `board` play them too, and whoever edits the world can change them.
+//! Input pulses that a user draws on the timeline of a simulation. They are lines at the end of the script's
+//! world, so that `sim` and `board` play them too, and an editor of the world can change them.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! Everything that the pages share: script, simulation, board, and who has the helm.
+//! State that all pages share: script, simulation, board, and who has control.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};

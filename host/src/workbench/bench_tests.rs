@@ -1,4 +1,4 @@
-//! Everything behind a page's socket, on the virtual board.
+//! Tests of the server below a page's socket, on the virtual board.
 
 use std::net::{TcpListener, TcpStream};
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! One page as the server sees it: what waits to be sent, and the thread that sends it.
+//! One page as the server sees it: its queue of messages, and the thread that sends them.
 
 use std::collections::VecDeque;
 use std::io;

@@ -1,4 +1,4 @@
-//! Who may talk to a server that moves metal.
+//! Access control of a server that moves machines.
 //!
 //! A port on this machine's loopback alone protects nothing: any page in any browser can reach it, by
 //! its own name for that address too. So every request must name one of our hosts, a socket must come

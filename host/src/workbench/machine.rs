@@ -1,4 +1,4 @@
-//! Wishes that reach the board: each becomes a request to the helm, and its answer goes to the page.
+//! Requests that reach the board: each goes to the port's owner, and its answer to the page.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

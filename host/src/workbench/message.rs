@@ -1,4 +1,4 @@
-//! What page and server say to each other: JSON objects of one name and its values.
+//! Messages between page and server: JSON objects of one name and its values.
 
 use import::pattern::Pattern;
 use import::pattern::table::Row;

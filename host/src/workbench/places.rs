@@ -1,4 +1,4 @@
-//! How many connections there may be. Those that have not proved who they are have places of their own:
+//! Limits of connections. Connections that have not authenticated have a limit of their own:
 //! however many come, they never keep a page out.
 
 use std::collections::VecDeque;

@@ -1,4 +1,4 @@
-//! One page's wishes: what it may ask, and who does it.
+//! One page's session: what it may request, and who executes it.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! Points and patterns for the script: what stands there, and what a page would have to write.
+//! Points and patterns for the script: those that it has, and the edits that a page would make.
 //!
 //! Nothing here changes the text: the page puts it in as one step of undo.
 

@@ -1,4 +1,4 @@
-//! What people do that nobody has planned for: hasty keys, things dropped, tabs closed and boards changed in mid-run.
+//! Unplanned actions of users: hasty keys, things dropped, tabs closed and boards changed in mid-run.
 
 use crate::cdp::{Outcome, Page};
 use crate::stand::{Board, PATIENCE, Stand};

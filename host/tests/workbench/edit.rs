@@ -18,7 +18,7 @@ fn a_script_is_written_checked_completed_and_saved() -> Outcome<()> {
     page.says("#problem-count", "error")?;
     // The mark under the words is painted with the next frame.
     page.wait("CSS.highlights.get('error')?.size >= 1", PATIENCE)?;
-    // A click on the problem selects its words; typing over them mends it.
+    // A click on the problem selects its words; typing over them fixes it.
     page.click("#problems .plain")?;
     page.wait("getSelection().toString() !== ''", PATIENCE)?;
     page.end_of_script()?;
@@ -124,7 +124,7 @@ fn names_are_coloured_mended_renamed_and_found() -> Outcome<()> {
     let Some(stand) = Stand::start(text, &[])? else { return Ok(()) };
     let page = stand.page()?;
     page.says("#problem-count", "1 error")?;
-    // One click mends it.
+    // One click fixes it.
     page.wait("document.querySelector('#problems .fix')?.textContent === 'Write `=`'", PATIENCE)?;
     page.click("#problems .fix")?;
     page.wait(&format!("{TEXT}.includes('n = 2')"), PATIENCE)?;

@@ -1,5 +1,5 @@
-//! Somebody without a mouse, and somebody who does not see the page: every main job by keys alone, what the
-//! board did of it, and what a screen reader is told.
+//! Users without a mouse, and users of a screen reader: every main job by keys alone, what the
+//! board did of it, and the names that a screen reader gets.
 
 use crate::cdp::{Outcome, Page};
 use crate::stand::{PATIENCE, Stand};

@@ -1,4 +1,4 @@
-//! The wizard for patterns: what it writes is simulated, what cannot be is told.
+//! The wizard for patterns: what it writes is simulated, and what it cannot write is reported.
 
 use std::time::Instant;
 

@@ -80,7 +80,7 @@ fn a_page_without_a_tool_checks_simulates_and_plays() -> Outcome<()> {
     page.wait("document.title === 'dil14.isel'", PATIENCE)?;
     page.says(".ed .text", "REPEAT 7")?;
     page.says("#sums", "runs to its end")?;
-    // A slip is told with its remedy, and simulated again when it is mended.
+    // An error is shown with its remedy, and simulated again when it is fixed.
     page.end_of_script()?;
     page.type_text("\nMoveAxe X, 5kg")?;
     page.says("#problem-count", "error")?;

@@ -1,4 +1,4 @@
-//! What the editor does for somebody who writes: Return, statements from a list, remedies by a click.
+//! Help of the editor while a user writes: Return, statements from a list, remedies by a click.
 
 use crate::cdp::{Outcome, Page};
 use crate::stand::{PATIENCE, Stand};

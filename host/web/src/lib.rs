@@ -1,8 +1,4 @@
-//! Compiler, simulator and language server behind a page of the browser, without a tool on the computer.
-//!
-//! The page says to [`desk::Desk`] what it says to the workbench's server, and hears the same: JSON texts, and
-//! a path as bytes. What crosses the border is one buffer each way; the module imports nothing. A module's
-//! exports need their names kept, which the language counts among what is unsafe: nothing else here is.
+//! Compiler, simulator and language server for a page of the browser, without a tool on the computer.
 
 pub mod desk;
 

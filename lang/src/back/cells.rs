@@ -1,10 +1,10 @@
 //! Cells of variables.
 //!
-//! AT variables lie where they say and the others behind the last of them: KEEP values in a row,
+//! AT variables lie where they say and the others after the last of them: KEEP values in a row,
 //! globals, then locals. The device keeps the cells before the first KEEP cell from run to run, so no
 //! other variable may fill the gaps between AT variables. Locals of routines that never run at the same time share cells:
-//! a routine's begin behind those of all its callers, an event handler's behind the main
-//! program's, an error handler's behind both.
+//! a routine's begin after those of all its callers, an event handler's after the main
+//! program's, an error handler's after both.
 
 use std::collections::HashMap;
 

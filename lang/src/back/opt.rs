@@ -1,7 +1,7 @@
 //! The peephole pass: shorter sequences for what lowering writes plainly.
 //!
 //! Each rule looks at a few neighbouring items, never across a label, and keeps the order in which
-//! faults can come. Marks do not stop the rules that join a branch with the jump behind it.
+//! faults can come. Marks do not stop the rules that join a branch with the jump after it.
 
 use std::collections::HashMap;
 

@@ -7,14 +7,14 @@
 //!
 //! | byte | holds |
 //! |---|---|
-//! | 0 | twice its lines, 1 to 127, and bit 0: [`Entry::holds`]; 0 behind the last entry |
+//! | 0 | twice its lines, 1 to 127, and bit 0: [`Entry::holds`]; 0 after the last entry |
 //! | 1, 2 | [`Entry::bound`] |
 //!
 //! Lines too short to be planned one by one are joined: their targets are taken, and the last of them makes the way of
 //! all. In front of an entry stand the byte 1 and [`Entry::joins`], negated, where that is another number than before: 0
 //! at first. What an entry counts are lines that are made.
 //!
-//! A line of an entry behind its first may end as fast as the one before it, less what its own braking takes of the
+//! A line of an entry after its first may end as fast as the one before it, less what its own braking takes of the
 //! square, `2 d length`, but no less than 0; of one that holds, as fast as the first. Where that is no more than the square of the start rate, the line ends at rest, as
 //! every line does without a course. A record names every line of its course, and the bound of the last one is a rest.
 //!

@@ -7,7 +7,7 @@
 //! |---|---|
 //! | 0 | bits 0..4: bytes of code, 31: 31 and the next byte; bit 5: a resume address follows; bits 6, 7: line |
 //! | .. | line 0: as before; 1: one more; 2: the next byte more, 0 where the statement of the entry before goes on; 3: a number of address size |
-//! | .. | resume address, if there is one; otherwise the code behind the entry |
+//! | .. | resume address, if there is one; otherwise the code after the entry |
 
 use super::address;
 

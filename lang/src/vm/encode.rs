@@ -1,6 +1,6 @@
-//! From an [`Effect`] to the instruction that it is: the other way round than [`effects`](super::effects).
+//! From an [`Effect`] to its instruction: the inverse of [`effects`](super::effects).
 //!
-//! Whoever runs a program without an image hands the machine its statements one by one in this form.
+//! A caller that runs a program without an image hands the machine its statements one by one in this form.
 
 use super::effects::{MAX_ARGUMENTS, plane_axes};
 use crate::axis::Axis;

@@ -1,4 +1,4 @@
-//! The commands of InterpCNC, written to holding register 2000 with their arguments behind it.
+//! The commands of InterpCNC, written to holding register 2000 with their arguments after it.
 
 /// An argument: what it is, and a value of an example.
 #[cfg(any(test, feature = "compiler"))]

@@ -154,7 +154,7 @@ macro_rules! register_rows {
                 RUN_CONTROL: OWN + 50;
                 /// 1: trace mode. F5529: write 2 for one in which events are queued.
                 TRACE_MODE: OWN + 51;
-                /// F5529: milliseconds that what commands move still goes on, 0 without a bound. Write 1 for 300 of them, again while a button is held; 0 takes the bound away, as rest does.
+                /// F5529: milliseconds that what commands move still goes on, 0 without a bound. Write 1 for 300 of them, then 2 while a button is held, which is exception 6 when somebody has stopped it meanwhile; 0 takes the bound away, as rest does.
                 JOG_HOLD: OWN + 52;
                 /// F5529: number of the program that Start runs, 0 for none. Writing it selects one, over any reset: exception 3 when there is none of that number, 6 while a program runs.
                 SELECTED: OWN + 53;

@@ -1,4 +1,4 @@
-//! TA2, which nobody else uses: clock input P2.2, capture inputs P2.3 (TA2.0) and P2.4 (TA2.1).
+//! TA2, used by the self-test only: clock input P2.2, capture inputs P2.3 (TA2.0) and P2.4 (TA2.1).
 
 use super::reg::{P2SEL, TA2CCR0, TA2CCR1, TA2CCTL0, TA2CCTL1, TA2CTL, TA2R};
 

@@ -1,7 +1,7 @@
-//! The flash controller. A word takes 64 to 85 us, an erase 23 to 32 ms. Code in RAM starts either and waits for it: no
-//! character of the back channel and no millisecond is lost, and an emergency stop switches outputs at once. Started from flash
-//! a word would hold the processor, with interrupts off, for as long as a character lasts at 115200 bit/s (86.8 us): with slow
-//! flash, which the data sheet allows, the link would lose one now and then.
+//! The flash controller. A word takes 64 to 85 us, an erase 23 to 32 ms. Code in RAM starts either and waits for it, so no
+//! character of the back channel and no millisecond is lost, and an emergency stop switches outputs at once. A word started
+//! from flash would hold the processor, with interrupts off, for as long as a character lasts at 115200 bit/s (86.8 us): with
+//! flash as slow as the data sheet allows, the link would lose a character now and then.
 
 use super::reg::{FCTL1, FCTL3, P3SEL, SFRIE1, UCA1IE, UCA1IFG};
 use super::{clock, ports, timer};

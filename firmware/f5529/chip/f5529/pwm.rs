@@ -1,14 +1,14 @@
 //! TB0: the PWM, whose channel 5 is P3.5. Each period begins low; the pin is high from the compare value to the
 //! period's end.
 //!
-//! The compare latches are not used: erratum TB25 of this timer's family hands a value over at once in up mode, whatever
-//! they are set to, and nobody knows which pieces have it. Without them one case is wrong by itself: a smaller compare value
-//! that the counter has passed, while it has not come to the older one, would leave a period dark. So nobody writes the
-//! compare register but [`pasapas_power`], an interrupt of the channel, which is asked for by setting its flag, with the value
-//! in a word of RAM. In that case it lets the pin rise at once: later than the new value says, but before the older one did.
-//! When it has risen the interrupt comes again and writes the value itself. The same goes for a value that the counter may pass
-//! between the look at it and the write: within [`SOON`] counts before it, and at the beginning of the next period when this
-//! one is about to end. Everything else holds as soon as it is written.
+//! The compare latches are not used. Erratum TB25 of this timer's family lets a new value through at once in up mode,
+//! whatever the latches are set to, and the errata do not say which devices have it. Without latches one case goes wrong: a
+//! new value that the counter has passed, while it has not reached the old one, would leave a period dark. So only
+//! [`pasapas_power`] writes the compare register. It is an interrupt of the channel; setting its flag requests it, and a word
+//! of RAM holds the value. In that case it sets the pin high at once: later than the new value says, but before the old one
+//! did. When the pin is high the interrupt comes again and writes the value itself. The same holds for a value that the
+//! counter may pass between the read and the write: within [`SOON`] counts before it, and at the beginning of the next period
+//! when this one is about to end. In all other cases the value is written at once.
 //! Each period has one pulse, of a width from the older value's to the newer one's: `firmware/tests/pwm.rs` changes it at each
 //! count of a period.
 

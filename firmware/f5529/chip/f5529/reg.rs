@@ -1,6 +1,6 @@
 //! Registers by their addresses (SLAS590, "Peripheral File Map"), named as in the user's guide SLAU208.
 //!
-//! The crate for this chip was made for a start-up crate that the others have left behind, so it is not used.
+//! The register crate for this chip needs an old version of the start-up crate, so it is not used.
 
 use core::arch::asm;
 

@@ -1,4 +1,4 @@
-//! The vectors (SLAS590, "Interrupt Vector Addresses"). Those of no use end in a loop, which the watchdog ends.
+//! The interrupt vectors (SLAS590, "Interrupt Vector Addresses"). Unused ones lead to a loop, which the watchdog ends.
 
 core::arch::global_asm!(
     r#"

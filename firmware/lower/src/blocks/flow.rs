@@ -1,4 +1,4 @@
-//! The order of blocks: one that a jump goes to stands behind it; what both ways begin with stands in front of the jump.
+//! The order of blocks: the target of a jump stands after it; what both branches begin with stands in front of the jump.
 
 use micro::isa::{Gives, Takes};
 

@@ -1,4 +1,4 @@
-//! What is known at an operation, and behind it.
+//! What is known at an operation, and after it.
 
 use super::Image;
 use crate::decode::{Kind, Op};

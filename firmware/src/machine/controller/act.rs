@@ -1,4 +1,4 @@
-//! Actions on the way: the statement, and the outputs when their places come ([`crate::motion::actions`]).
+//! SYNC: the statement, and the switching of outputs at their place along the path ([`crate::motion::actions`]).
 
 use super::Controller;
 use crate::machine::chip::Chip;
@@ -11,12 +11,16 @@ impl<C: Chip> Controller<C> {
     /// SYNC: takes the action, once there is room for another one.
     ///
     /// # Errors
-    /// F20: no such output, a time or a lead beyond its limits.
+    /// F20: no such output, a time or a lead beyond its limits; too many that wait for places after the path's end.
     pub fn sync(&mut self) -> Result<bool, Fault> {
         if !self.motor.actions.has_room() {
-            // More than there is room for at one place, without a block that would bring them there.
             if self.motor.path_rests() {
-                self.flush_actions();
+                // More than there is room for at one place, without a block that would bring them there.
+                let end = self.motor.path_end();
+                if self.motor.actions.all_lie_beyond(end) {
+                    return Err(Fault::ValueRange);
+                }
+                self.flush_actions(Some(end));
             }
             return Ok(false);
         }
@@ -57,13 +61,24 @@ impl<C: Chip> Controller<C> {
         }
     }
 
-    /// The path is at its end, and no block follows what still waits for one.
-    pub fn flush_actions(&mut self) {
-        while let Some(action) = self.motor.actions.flush() {
+    /// The path is at its end, and no block follows what still waits for one: up to the place `most`, um along the path, or
+    /// for any.
+    #[inline(never)]
+    pub fn flush_actions(&mut self, most: Option<u32>) {
+        while let Some(action) = self.motor.actions.flush(most) {
             self.carry_out(action);
         }
     }
 
+    /// A fault that a handler may take puts no output into its state: what was to go off goes off now, the rest is dropped.
+    pub fn end_actions(&mut self) {
+        while let Some(action) = self.motor.actions.take_off() {
+            self.carry_out(action);
+        }
+        self.drop_actions();
+    }
+
+    #[inline(never)]
     fn carry_out(&mut self, action: Action) {
         let n = action.output();
         let bit = 1 << (n.wrapping_sub(1) & 15);

@@ -1,4 +1,4 @@
-//! What commands over the link come to, while no program runs.
+//! Commands over the link while no program runs.
 
 /// Registers of the command buffer.
 const BUFFER: usize = 21;

@@ -1,5 +1,4 @@
-//! How a run begins, and the faults that end one; what Start, Stop and the link make of each other are the rules of
-//! [`crate::rules::session`].
+//! Start of a run, and the faults that end one; how Start, Stop and the link interact is in [`crate::rules::session`].
 
 use super::Controller;
 use crate::machine::chip::Chip;

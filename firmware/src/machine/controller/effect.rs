@@ -1,4 +1,4 @@
-//! The effect under way.
+//! State of the effect under way.
 
 use super::Controller;
 use super::io::Io;

@@ -1,4 +1,4 @@
-//! ON lines and the handlers that they and faults begin.
+//! Events (ON lines), and the handlers that events and faults start.
 
 use super::Controller;
 use super::effect::{Effect, PULSE};

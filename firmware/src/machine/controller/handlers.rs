@@ -1,4 +1,4 @@
-//! What the rules of faults look at and do here.
+//! State and actions behind the rules of faults ([`crate::rules::handlers`]).
 
 use super::Controller;
 use super::events::handlers as open_handlers;
@@ -39,7 +39,7 @@ impl<C: Chip> Controller<C> {
 
 impl<C: Chip> Handles for Raised<'_, C> {
     fn note(&mut self, fault: u8) {
-        self.controller.drop_actions();
+        self.controller.end_actions();
         self.controller.motor.stop(0b111);
         self.controller.vm.fault = fault;
         self.controller.vm.fault_pc = self.pc;

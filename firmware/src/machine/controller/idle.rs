@@ -1,8 +1,8 @@
-//! Milliseconds in which nothing happens but that counters count, for a simulation that does not want to wait for them.
+//! Skipping of milliseconds in which only counters change, for simulations.
 //!
-//! [`Controller::idle_ms`] tells how many follow at rest, [`Controller::moving_ms`] while motors move, and
-//! [`Controller::skip`] counts them at once. Together they are what as many calls of [`Controller::ticks`] would do
-//! (tick.rs); a chip has no need of any of them.
+//! [`Controller::idle_ms`] returns how many follow at rest, [`Controller::moving_ms`] how many while motors move, and
+//! [`Controller::skip`] counts them at once. The result is that of as many calls of [`Controller::ticks`]
+//! (tick.rs). The firmware on a chip does not call these.
 
 use super::{Controller, END, Effect, PENDING};
 use crate::inputs::Inputs;

@@ -1,4 +1,4 @@
-//! S, and what the PWM makes of it.
+//! S, and the PWM value that follows from it.
 
 use super::Controller;
 use crate::machine::chip::Chip;

@@ -1,4 +1,4 @@
-//! What a program is while it runs, beside the VM.
+//! Run-time state of a program other than the VM's.
 
 use super::effect::Effect;
 use super::events::Event;

@@ -1,4 +1,4 @@
-//! One pass of the program: the VM to its next effect, the effect as far as it gets.
+//! One pass of the program: runs the VM to its next effect, then polls the effect.
 
 use super::Controller;
 use super::effect::{END, Effect};

@@ -1,4 +1,4 @@
-//! What a reference run or a probe move looks for.
+//! Targets of homing and probing moves.
 
 use crate::motion::Pace;
 

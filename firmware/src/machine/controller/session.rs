@@ -1,4 +1,4 @@
-//! What the rules of runs look at and do here; the state is [`crate::session`].
+//! State and actions behind the rules of runs ([`crate::rules::session`]); the state itself is [`crate::session`].
 
 use super::Controller;
 use crate::machine::chip::Chip;

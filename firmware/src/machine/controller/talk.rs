@@ -1,4 +1,4 @@
-//! What the program and the host say to each other.
+//! Characters and PRINT text between program and host.
 
 use crate::print::Print;
 

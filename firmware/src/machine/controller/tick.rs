@@ -1,4 +1,4 @@
-//! What is done each millisecond.
+//! The tasks of each millisecond.
 
 use super::Controller;
 use super::keep::SECOND;

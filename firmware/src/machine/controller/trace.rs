@@ -1,4 +1,4 @@
-//! What the host is told in trace mode, event by event.
+//! Trace mode: events for the host.
 
 use super::Controller;
 use crate::machine::chip::Chip;

@@ -1,4 +1,4 @@
-//! What the rules of effects look at and change.
+//! State and actions behind the rules of effects ([`crate::rules::effects`]).
 
 use crate::analog::LAST_THRESHOLD;
 use crate::machine::chip::Chip;

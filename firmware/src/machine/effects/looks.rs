@@ -1,4 +1,4 @@
-//! What the rules of F, S, SetPos and what a program asks for look at and change.
+//! State and actions behind the rules of F, S, SetPos and of what a program reads from the machine.
 
 use crate::machine::chip::Chip;
 use crate::machine::controller::Controller;

@@ -99,6 +99,11 @@ impl<C: Chip> Motor<C> {
         self.actions.add(action, place, gone.filter(|_| self.path_axes != 0));
     }
 
+    /// Where the newest block ends, um along the path ([`crate::motion::path::Path::end`]).
+    pub fn path_end(&self) -> u32 {
+        self.path.end()
+    }
+
     /// How far the step engine is is known from now on, for what is due.
     pub fn follow_actions(&mut self) {
         let per_unit = const { (UNIT as u32 * C::PER_MS as u32 / (C::RATE / 1000)) as u16 };

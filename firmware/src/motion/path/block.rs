@@ -1,4 +1,4 @@
-//! What a path is made of, as it is told.
+//! The blocks of a path as the caller gives them.
 
 /// How fast a block may go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,9 +1,13 @@
-//! The corners that are braked for: a queue in which each is worth a word.
+//! The corners that are braked for: a queue in which each takes a word.
 //!
-//! On the ramp `v^2 + what is left to its corner` is the same everywhere on the way to a corner: the lower, the earlier
-//! the corner is braked for. A corner counts as long as none behind it is lower, so that they are the higher the
-//! further away they are, and of each only the difference to the one before is kept, in 16 bits. A difference is
-//! rounded down, by no more than 1/2048 of it.
+//! A corner's *line* is the square of its speed plus what all blocks before it can brake ([`super::ring`]): the square of
+//! the speed from which the ramp ends exactly at the corner. The lowest line is the limit for the oldest block. A corner
+//! can only become the lowest if no later one is as low, so only such corners are kept, and their lines rise from the first
+//! to the last: the queue of a sliding-window minimum. Its first entry is the answer, a new corner removes entries from its
+//! end.
+//!
+//! Of each line only the difference to the one before is kept, in 16 bits. It is rounded down, by no more than
+//! 1/2048 of it: a limit may come out lower, never higher.
 
 /// Blocks that may wait, of chords of 0.05 mm what 45 mm/s at 250 mm/s2 want. Thirteen more would reach F3000 less a
 /// twentieth; the stack has that memory, so that 512 bytes are never touched at its deepest, and actions on the way.
@@ -72,6 +76,9 @@ impl Brakes {
 
     /// A corner in front of a new block at a place, which may be passed at `corner2`; all blocks before it can take away
     /// `ahead2`.
+    ///
+    /// `back2` is the last line less the braking of all blocks before the new corner, so it is compared with `corner2`
+    /// itself. Entries that are not below it are removed, each with its difference; then the corner is the last one.
     pub fn append(&mut self, place: u8, corner2: u32, ahead2: u32) {
         while self.count != 0 && self.back2 >= corner2 as i32 {
             self.back2 -= long(self.gaps[self.last()]) as i32;
@@ -96,7 +103,8 @@ impl Brakes {
         self.back2 -= ramp2 as i32;
     }
 
-    /// The oldest block, at a place, which takes `ramp2` away, has been taken.
+    /// The oldest block, at a place, which takes `ramp2` away, has been taken: the corner in front of it, if it is the
+    /// first one, has been passed, and all lines are lower by `ramp2`. `front2` holds the first of them.
     pub fn take(&mut self, place: u8, ramp2: u32) {
         if self.count == 0 {
             return;
@@ -109,12 +117,12 @@ impl Brakes {
         self.front2 -= ramp2 as i32;
     }
 
-    /// Whether a corner is lower than what lies behind all of them, `end2`.
+    /// Whether a corner's line is no higher than that of the newest block's end, `end2`.
     pub fn hold(&self, end2: u32) -> bool {
         self.count != 0 && self.front2 <= end2 as i32
     }
 
-    /// The square of the speed at which the oldest block may be entered, with `end2` behind all corners.
+    /// The square of the speed at which the oldest block may be entered; `end2` is the line of the newest block's end.
     pub fn least(&self, end2: u32) -> u32 {
         if self.hold(end2) { self.front2.max(0) as u32 } else { end2 }
     }

@@ -142,6 +142,11 @@ impl Geometry {
         g
     }
 
+    /// The geometry of a line of so many `steps`, commanded as `way`, um.
+    ///
+    /// Length: the root of the sum of squares of the axes' ways, um. An axis that makes `n` of `length` um in steps moves one
+    /// step in `length / n` um of path. Its limits in steps, times that, are limits along the path; the lowest of
+    /// all axes holds, as in grbl's `limit_value_by_axis_maximum`. [`is_within`] leaves out axes that cannot be the lowest.
     fn line(&mut self, axes: &[AxisRecord; 3], steps: &[i32; 3], way: &[i32; 3], feed: Feed) {
         let mut sum = Scaled::ZERO;
         let mut parts = [Scaled::ZERO; 3];
@@ -185,6 +190,12 @@ impl Geometry {
         self.feed(feed, in_steps);
     }
 
+    /// The geometry of an arc or helix: length `sqrt((r angle)^2 + rise^2)`, um.
+    ///
+    /// Two more limits than a line has. Going round needs the acceleration `v^2 / r` toward the centre, so `v^2 <= a r`. And
+    /// the arc is played in chords, each of which must last until the next one is planned. A chord of `c` steps leaves a
+    /// circle of `r` steps by `c^2 / (8 r)` (its sagitta); 0.1 steps of that give `c^2 = 0.8 r`. Planning it takes CHORD us
+    /// and EVENT us for each of its step interrupts, hence `v <= c * per_step / (c * EVENT + CHORD)`.
     fn arc(&mut self, axes: &[AxisRecord; 3], arc: &Arc, feed: Feed) {
         let [a, b, c] = arc.axes();
         let plane = arc.radius.times(Scaled::new(arc.sweep)).times(RADIAN);
@@ -240,6 +251,15 @@ impl Geometry {
     /// Square of the speed at which it may follow another block, itself as `fast` as that: by the corner between them,
     /// from which the path may stay away `corner` um on the lower of both ramps and of that with which the axes turn,
     /// by both lengths and speeds, and by what the chip needs to plan it. Not by what can be braked over.
+    ///
+    /// Junction deviation, as in grbl (`planner.c`) and Klipper (`toolhead.py`): an arc is laid into the corner that touches
+    /// both lines and passes the corner point at the distance `corner`, um. With the deflection `t` between the lines
+    /// and `c = cos(t / 2)` its radius is `corner * c / (1 - c)`, and `v^2 = ramp * radius` holds the arc. The axes do not follow
+    /// that arc; it only says how fast the corner itself may be taken.
+    ///
+    /// A second arc touches both lines in the middle of the shorter one: radius `length / 2 / tan(t / 2)`. Without it the
+    /// chords of a curve, whose deflection shrinks with their length, could be passed faster than the curve (Klipper's
+    /// centripetal limit). The lower of both holds.
     pub fn corner2(
         &self,
         axes: &[AxisRecord; 3],
@@ -272,6 +292,7 @@ impl Geometry {
         // goes there.
         let (mut ramp, mut start) = (ramp, Scaled::MAX);
         for n in 0..3 {
+            // The change of velocity at the corner is `turn * v`: axis n has `turn[n] / size` of it.
             if turn[n] != 0 && !is_within(axes, &turn, n) {
                 let axis = &axes[n];
                 let along = to_um(axis, size.over(Scaled::size(turn[n])));
@@ -282,7 +303,7 @@ impl Geometry {
         let c = ONE.minus(q2).root();
         let ramp = ramp.times(c);
         let smooth = ramp.times(Scaled::new(corner.into())).times(ONE.plus(c));
-        // What the axes may jump by anyway: their start rate.
+        // What the axes may jump by anyway: their start rate. The jump is 2 q v, so v^2 = start^2 / (4 q^2).
         let corner = smooth.most(start.times(start).shifted(-2));
         // The arc that touches both blocks, in the middle of the shorter one, has a radius of half of its
         // length by the tangent: without this bound chords might be the faster the shorter they are.

@@ -1,15 +1,19 @@
 //! The blocks that wait, and how fast each may be entered.
 //!
-//! A block may be entered as fast as the corner in front of it allows and as all that is known from it on can be
-//! braked over: `enter^2 = min(corner^2, enter^2 of the next one + 2 d length)`, from the newest block, which
-//! ends at rest, back to the oldest. Nobody goes back over all of them for that. Over the way, squares of speeds fall by
-//! straight lines, one from each corner, and all as steep as the blocks: so the lowest one at the oldest block is the
-//! lowest everywhere in front of its corner. [`Brakes`] are the corners whose lines are the lowest for some block: a new
-//! corner takes those before it away that lie above its line, which each does once. Squares of speeds are integers in a
-//! unit of which the machine's highest are some 2^28: a sum takes a tenth of what one of [`Scaled`] does.
+//! A block may be entered no faster than its corner allows, and no faster than the blocks from it on can brake from:
+//! `enter^2 = min(corner^2, enter^2 of the next one + 2 d length)`, from the newest block, which ends at rest, back to
+//! the oldest. grbl (`planner_recalculate`) and Klipper (`LookAheadQueue.flush`) walk back over all blocks for that.
+//! Here no walk is needed. Written out, the recursion for the oldest block is the minimum over all corners of
+//! `corner^2 + sum of 2 d length of the blocks before that corner`; call this sum the corner's *line*. When the oldest block
+//! is taken, the same amount leaves all sums, so their order never changes. The minimum of such a queue is kept by
+//! [`Brakes`]: a new corner removes the corners before it whose line is not below its own, each at most once, and the
+//! first that is left is the minimum. A block costs a bounded time on average, however many wait.
 //!
-//! [`DEPTH`] of these blocks are the largest thing in RAM. So what needs few bits has few; the bounds of the newest block
-//! are known to the last bit, as of a line alone. Blocks with long ways, of which few suffice to brake over, keep them apart.
+//! Squares of speeds are integers here, (um/s)^2 times a power of two that brings the machine's highest to some 2^28:
+//! adding two takes a tenth of the time that [`Scaled`] takes. A name that ends in 2 is such a square.
+//!
+//! [`DEPTH`] blocks are the largest thing in RAM, so each number has as few bits as it needs; the bounds of the newest
+//! block are kept in full. Blocks with long ways, of which few suffice to brake over, have their own store ([`Ring::far`]).
 
 use super::block::Manner;
 use super::brakes::{Brakes, DEPTH, HIGHEST};
@@ -139,6 +143,10 @@ impl Ring {
 
     /// Appends a block that may be entered at `corner2` by its corner, when [`Ring::has_room`]. Returns the square of the
     /// speed at which the oldest one may be entered now, if that may have become higher.
+    ///
+    /// Until now the newest block ended at `end2` (its start rate), whose line is `end2 + ahead2`. If a corner's line is
+    /// no higher, that corner limits the oldest block with or without the new one. Otherwise the new block lifts that end, and
+    /// the minimum is looked up again.
     pub fn append(
         &mut self,
         shape: &Shape,
@@ -211,7 +219,9 @@ impl Ring {
     }
 
     /// What the block at a place can take away from a squared speed, a line of so many events, on the ramp that it will be
-    /// given: the same when it is appended and when it is taken.
+    /// given: the same when it is appended and when it is taken. `2 d length`, less the 1/32 that the ramp generator
+    /// keeps back (31/16 for 2), in the ring's unit. Both times it follows from the same rounded numbers: a sum from
+    /// which something else were taken than was added would drift.
     fn ramp2(&self, n: usize, events: Scaled) -> u32 {
         let block = &self.blocks[n];
         let mut ramp = block.decel().times(block.length()).times(TWICE).shifted(-4);
@@ -221,7 +231,7 @@ impl Ring {
         self.fixed(ramp)
     }
 
-    /// The corner in front of the newest block, at a place, and what its end may have.
+    /// Enters the newest block: the corner in front of it, what it can brake, and its end, where it may rest.
     fn enter(&mut self, n: usize, ramp2: u32, corner2: u32) {
         // The block before rests where its own start rate is as fast.
         let rest2 = if self.count == 0 { 0 } else { self.end2 };
@@ -257,7 +267,8 @@ impl Ring {
         Some(Taken { n, far, events })
     }
 
-    /// What bounds the block that was taken from a place, and the square of the speed at which it may end.
+    /// What bounds the block that was taken from a place, and the square of the speed at which it may end: the lowest
+    /// line of the corners that still wait, the newest block's end among them.
     pub fn bounds(&self, n: usize) -> (Bounds, Scaled) {
         if self.count == 0 {
             return (self.newest, self.newest.start2);

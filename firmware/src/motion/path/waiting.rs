@@ -1,4 +1,4 @@
-//! A block that waits, in as few bytes as its beginning needs: um, um/s, um/s2.
+//! A waiting block, packed into 24 bytes: um, um/s, um/s2.
 
 use super::block::{Feed, Manner};
 use super::geometry::Geometry;

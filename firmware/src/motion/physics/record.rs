@@ -1,9 +1,9 @@
-//! A whole record of steps, of whatever moved: axes on their own, lines, arcs, one after the other.
+//! Checks a whole record of steps: single axes, lines and arcs, one after the other.
 //!
-//! Nothing is known of what was commanded. Steps of several axes at the same instants are an
-//! interpolated motion, whose event stream they make; others are streams of their own. Where an
+//! It does not know what was commanded. Steps of several axes at the same instants are an
+//! interpolated motion, which has one event stream; all others are streams of their own. Where an
 //! axis steps at every event, its rate follows the path's speed and the path's direction; the steps
-//! of the other axes say within which bounds the direction can have changed.
+//! of the other axes give bounds of the change of direction.
 
 use lang::record::AxisRecord;
 

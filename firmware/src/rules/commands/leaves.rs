@@ -1,4 +1,4 @@
-//! What commands look at and do.
+//! What commands need of a chip.
 
 use crate::rules::probe::Probes;
 use crate::rules::{Answer, Axis};

@@ -1,4 +1,4 @@
-//! What runs look at and do.
+//! What runs need of a chip.
 
 /// What runs look at and do.
 pub trait Runs {

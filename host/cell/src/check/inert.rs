@@ -1,4 +1,4 @@
-//! What a cell file may say and this program does not do yet: each is told, so that nobody believes in it.
+//! Keys that a cell file may have and this program does not support yet: each is reported.
 
 use super::super::problem::Problem;
 use super::super::scene::{Drive, Eye, Scene, ToolKind, Vary};

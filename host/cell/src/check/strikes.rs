@@ -1,4 +1,4 @@
-//! Whom a fault strikes. A fault that strikes nobody changes no run, and a proof with it proves nothing: the file or the
+//! The parts that a fault strikes. A fault that strikes none changes no run, and a proof with it proves nothing: the file or the
 //! command line that asks for it is refused.
 
 use crate::build::meant;

@@ -1,6 +1,6 @@
 //! Conveyors. A thing on a belt that runs goes along with it at a constant speed, so the times at which it comes into the
 //! sight of a sensor, leaves it, or comes to the end of the belt are computed, not looked for. While its belt runs a thing
-//! stands in nobody's way and cannot be taken: where the belt stops, it stands.
+//! obstructs nothing and cannot be taken; it rests where the belt stops.
 
 use super::Cell;
 use crate::law::Steps;

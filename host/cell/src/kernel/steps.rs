@@ -1,4 +1,4 @@
-//! A machine that tells its steps instead of its laws: what it must be told, and what it need not.
+//! A machine that reports its steps instead of its laws of motion.
 
 use super::{About, Cell};
 use crate::law::{Rest, Steps};

@@ -1,4 +1,4 @@
-//! The power of a board: it goes and comes, or fails in the middle of an operation of the flash.
+//! Power of a board: on, off, or cut in the middle of a flash operation.
 
 use emulator::Wiring;
 

@@ -1,5 +1,5 @@
-//! Many events of the step engine at once: a segment's intervals change linearly, and the increments of its axes are the
-//! same at each step, so that counts and times after any number of events are a formula.
+//! Skips many events of the step engine at once: in a segment the interval changes linearly and each axis has a constant
+//! increment, so counts and times after any number of events have a closed form.
 
 use firmware::motion::Segment;
 

@@ -1,4 +1,4 @@
-//! Levels at the pins: what the chip drives, what the world drives, and who is told of changes.
+//! Levels at the pins: those that the chip drives, those that the world drives, and the listeners for changes.
 
 use super::Bus;
 use crate::warn::Kind;

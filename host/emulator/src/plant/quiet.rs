@@ -1,4 +1,4 @@
-//! Steps in numbers instead of edges, as long as nobody looks at the pins and no contact is met.
+//! Steps as counts instead of edges, while the pins are not observed and no contact is met.
 
 use super::{Contact, Plant};
 

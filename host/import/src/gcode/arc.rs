@@ -1,4 +1,4 @@
-//! Circles, before the compiler sees them: what cannot be drawn is told with the file's line, and
+//! Circles, before the compiler sees them: what cannot be drawn is reported with the file's line, and
 //! what is straight to the micrometre becomes a line.
 
 use super::read::{Block, Reader, Value};

@@ -1,4 +1,4 @@
-//! What a block leaves behind: modes, places, whether it can be done at all.
+//! State after a block: modes, positions, and whether it can be converted at all.
 
 use super::read::{Block, Reader, Value};
 use crate::codes::Code;

@@ -1,4 +1,4 @@
-//! A picture in lines: each row is burnt at one speed, with a run-up before and behind it.
+//! A picture in lines: each row is burnt at one speed, with a run-up before and after it.
 
 use super::dither::{Dither, LEVELS};
 use super::picture::Picture;

@@ -1,15 +1,14 @@
-//! The least time that a path can take: a planner that knows all of it, in floating point.
+//! The least time that a path can take: a planner that knows the whole path, in floating point.
 //!
-//! A model of its own, which shares nothing with the firmware: it is what the firmware and the host's slow
-//! points are measured by. A path is legs that join at corners. Along each leg the speed changes by the
-//! ramps of the axes that move, every one its own, and stays below the feed and the axes' tops. A
-//! corner is passed at a speed of which
+//! It shares nothing with the firmware: the firmware and the host's slow points are measured against it. A path is a series
+//! of legs that join at corners. Along each leg the speed changes by the ramps of the axes that move, each axis with its own,
+//! and stays below the feed and the axes' top rates. The speed at a corner is one at which
 //! - the inscribed arc leaves the path by no more than the corner tolerance (junction deviation), or no
 //!   axis jumps by more than its start rate, and
-//! - the arc that touches both legs in the middle of the shorter one needs no more than the ramp, which
-//!   bounds what a polygon of short chords asks where the first rule alone would allow any speed.
+//! - the arc that touches both legs in the middle of the shorter one needs no more than the ramp. This
+//!   bounds a polygon of short chords, where the first rule alone would allow any speed.
 //!
-//! The ramp is the least of both legs' and of the way that their directions differ by: an axis that hardly
+//! The ramp is the least of both legs' and of the direction in which they differ: an axis that hardly
 //! moves along either may have to do all of the turn.
 //!
 //! All speeds inside are squares, (um/s)^2.

@@ -1,4 +1,4 @@
-//! The set of paths: as lines of constants, as a table that a loop goes through, as relative moves in
+//! The set of paths, each written as lines of constants, as a table read in a loop, and as relative moves in
 //! loops.
 
 use std::f64::consts::TAU;

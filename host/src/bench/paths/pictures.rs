@@ -1,5 +1,5 @@
-//! Pictures of two jobs of the set: the path's speed over time, resting at every corner, as the F5529 runs it, and as
-//! the ideal planner would.
+//! Charts of speed over time of two jobs of the set: resting at every corner, as the F5529 runs it, and by
+//! the ideal planner.
 
 use std::path::Path;
 

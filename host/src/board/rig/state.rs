@@ -1,4 +1,4 @@
-//! What a rig tells of its board and its machine.
+//! State of a rig's board and machine.
 
 use lang::axis::Axis;
 

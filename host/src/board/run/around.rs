@@ -1,4 +1,4 @@
-//! The cell around a run's machine: what it hears, and what is judged of it.
+//! The cell around a run's machine: the events that it gets, and the expectations on it.
 
 use super::super::hardware::Hardware;
 use super::Run;

@@ -1,4 +1,4 @@
-//! Where a job goes on in its middle: found, shown, confirmed, and how the board comes there.
+//! Start in the middle of a job: the line is found, shown and confirmed, and the board is brought there.
 
 use std::io::{BufRead, IsTerminal};
 

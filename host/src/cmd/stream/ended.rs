@@ -1,4 +1,4 @@
-//! What a user hears when a job ends in a fault, and how it goes on.
+//! Messages when a job ends in a fault, and the way to go on.
 
 use lang::fault::Fault;
 use lang::profile::Profile;

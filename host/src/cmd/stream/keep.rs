@@ -1,5 +1,4 @@
-//! KEEP values of a streamed job: the board's belong to its stored program, so the job's lie in a
-//! file beside it.
+//! KEEP values of a streamed job, in a file with the job's name: the board's own belong to its stored program.
 
 use std::fs;
 use std::path::PathBuf;

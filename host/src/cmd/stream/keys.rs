@@ -1,4 +1,4 @@
-//! What the user types while a job runs: single keys at a terminal, else lines.
+//! Keyboard input while a job runs: single keys at a terminal, else lines.
 
 use std::io::{BufRead, IsTerminal};
 use std::sync::mpsc::{self, Receiver};

@@ -1,8 +1,8 @@
-//! Moves of a card's client, made by commands of the board that have an end of their own: the link may
-//! break anywhere, and an axis goes no farther than it was told.
+//! Moves for a card's client, made by commands of the board that end by themselves: the link may
+//! break at any time, and an axis goes no farther than commanded.
 //!
-//! An order is sent by the line's owner, which looks whether a stop came in the same breath: a stop
-//! goes before all that waits, and no move that was asked for before it begins behind it.
+//! A command is sent by the line's thread, which checks in the same step whether a stop has come: a stop
+//! overtakes all waiting requests, and no move that was requested before it starts after it.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;

@@ -1,4 +1,4 @@
-//! Where a card's client is: at a serial port, a pseudo-terminal or a TCP connection. One at a time.
+//! The port of a card's client: a serial port, a pseudo-terminal or a TCP connection. One client at a time.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};

@@ -1,5 +1,5 @@
-//! The way from a card to its board: in turn among all others, but for stops, which go before all that
-//! waits. Stops are counted, so that what was asked for before one is not carried out behind it.
+//! Requests from a card to its board: in turn with all others, except stops, which go first.
+//! Stops are counted, so that a request made before one is not executed after it.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::channel;

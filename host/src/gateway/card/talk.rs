@@ -1,4 +1,4 @@
-//! What a card's client says and is told: bytes become lines, characters for a program that waits for
+//! Input and output of a card's client: bytes become lines, characters for a program that waits for
 //! one, and stops.
 
 use std::collections::VecDeque;

@@ -1,4 +1,4 @@
-//! Carries a client's lines out, one after the other, and answers each.
+//! Executes a client's lines, one after the other, and answers each.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,4 +1,4 @@
-//! Feeds boards with the lines that wait for them.
+//! Feeds waiting lines to their boards.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -23,7 +23,7 @@ use crate::stream::feed::Feed;
 use crate::stream::job::{Job, More};
 use crate::stream::pump;
 
-/// Askers beside clients and cards.
+/// Client number of G-code over Modbus, apart from those of clients and cards.
 const FIRST_ASKER: Asker = 1 << 61;
 /// Longest wait for a line, between two looks whether the gateway ends.
 const WAIT: Duration = Duration::from_millis(100);

@@ -1,4 +1,4 @@
-//! What holds over lines of G-code, so that each batch of them can begin where the one before ended.
+//! Modal state between lines of G-code, so that each batch begins where the one before ended.
 
 /// The words that hold.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! Orders by MQTT: a word, or JSON with where to reply and a number to know the reply by.
+//! Commands by MQTT: a word, or JSON with a reply topic and a correlation number.
 
 use lang::wire::{self, Control, Table};
 use serde::Deserialize;
@@ -16,7 +16,7 @@ use crate::gateway::turns::Asker;
 const LONGEST: usize = 4096;
 /// Longest topic for a reply, bytes.
 const LONGEST_TOPIC: usize = 256;
-/// Orders are one asker among the clients of a line.
+/// Commands by MQTT are one client of a line.
 const ASKER: Asker = 0;
 
 /// What is asked.

@@ -1,4 +1,4 @@
-//! What is told of a board: its state whenever it changes, and what happened.
+//! Reports of a board: its state whenever it changes, and events.
 
 use serde_json::{Map, Value, json};
 

@@ -1,8 +1,8 @@
 //! The conversation with the broker, over any number of connections.
 //!
-//! Each connection begins with a new client of the library and nothing of the one before: what the
-//! broker has not acknowledged stands in the outbox and is sent again from its head. The library's
-//! loop has a task of its own, since who breaks it off while it connects never connects.
+//! Each connection begins with a new client of the library and without state of the one before: messages that the
+//! broker has not acknowledged are in the outbox and are sent again from its head. The library's
+//! loop has its own task, because a connection attempt that is cancelled never succeeds.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::time::Duration;

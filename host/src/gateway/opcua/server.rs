@@ -1,4 +1,4 @@
-//! The server's thread: what looks bring goes into the address space, and what methods ask for to the
+//! The server's thread: puts polled values into the address space, and sends method calls to the
 //! boards.
 
 use std::net::SocketAddr;
@@ -30,7 +30,7 @@ use crate::gateway::turns::Asker;
 pub const NAMESPACE: &str = "urn:pasapas:gateway";
 /// The server itself; the crate keeps nodes of its own in the namespace of this name.
 const APPLICATION: &str = "urn:pasapas:gateway:server";
-/// Asker beside clients, cards and G-code.
+/// Client number of OPC UA, apart from those of clients, cards and G-code.
 const ASKER: Asker = 1 << 60;
 /// Longest wait for a board that a method asks something of.
 const PATIENCE: Duration = Duration::from_secs(5);

@@ -1,4 +1,4 @@
-//! A board's values as metrics of a Sparkplug device, and what a host may write.
+//! A board's values as metrics of a Sparkplug device, and those that a host may write.
 
 use serde_json::json;
 

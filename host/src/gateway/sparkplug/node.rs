@@ -1,4 +1,4 @@
-//! The edge node as a machine without a network: what comes goes in, what is to be published comes out.
+//! The edge node as a state machine without a network: received messages go in, messages to publish come out.
 //!
 //! One writer owns the sequence number, so that the order on the wire is the order of the numbers
 //! (Sparkplug 3.0, 6.4.5): births before data, each number one more than the one before.

@@ -1,4 +1,4 @@
-//! What is remembered of the machine from look to look.
+//! State of the machine that is kept from poll to poll.
 
 use std::time::{Duration, Instant};
 

@@ -1,4 +1,4 @@
-//! One run of the board: lines become pieces of a stream, and what is wanted meanwhile is heard.
+//! One run of the board: lines become pieces of a stream, and real-time commands are handled meanwhile.
 
 use std::cell::{Cell, RefCell};
 use std::time::{Duration, Instant};

@@ -1,4 +1,4 @@
-//! What the machine has come to by itself: stops at rest, faults, a lost board.
+//! Events of the machine: stops at rest, faults, a lost board.
 
 use lang::fault::Fault;
 use lang::wire::RunState;

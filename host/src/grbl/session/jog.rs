@@ -1,4 +1,4 @@
-//! `$J=`: moves by hand, which a single byte cancels.
+//! `$J=`: jog moves, which a single byte cancels.
 
 use super::{Error, Session};
 use crate::grbl::desk::View;

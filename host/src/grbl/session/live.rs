@@ -1,4 +1,4 @@
-//! Bytes that act at once, also in the middle of a line.
+//! Real-time bytes, which act at once, also in the middle of a line.
 
 use lang::wire::RunState;
 

@@ -1,4 +1,4 @@
-//! What motion leaves in the books.
+//! Records motion in the log of the run.
 
 use lang::axis::Axis;
 

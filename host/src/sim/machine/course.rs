@@ -1,4 +1,4 @@
-//! The course of things: what happens next, and letting it happen.
+//! Event loop: finds what happens next, and lets it happen.
 
 use lang::axis::Axis;
 use lang::profile::InputRole;

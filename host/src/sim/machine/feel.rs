@@ -1,4 +1,4 @@
-//! What inputs and outputs feel of motion: switches, the probe, a laser.
+//! Effects of motion on inputs and outputs: switches, the probe, a laser.
 
 use lang::axis::Axis;
 use lang::fault::Fault;

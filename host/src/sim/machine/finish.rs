@@ -1,4 +1,4 @@
-//! How a run ends: what asks for it, what still moves, outputs, the last line of the trace.
+//! The end of a run: requests for it, axes that still move, outputs, the last line of the trace.
 
 use lang::axis::Axis;
 use lang::fault::Fault;

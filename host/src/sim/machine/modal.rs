@@ -1,4 +1,4 @@
-//! What stays in force until it is said anew: F and S.
+//! Modal values: F and S.
 
 use lang::effect::Rate;
 use lang::profile::Profile;

@@ -3,7 +3,7 @@
 //! The planner is the firmware's own, so ramps, corners and times are the board's. So is the order
 //! in which segments are taken: the step engine holds the one that plays and the next, of a path
 //! several ([`queue`]), which the board's main loop fetches one after the other. A stop, a pause or
-//! a new target takes effect behind them.
+//! a new target takes effect after them.
 
 mod play;
 

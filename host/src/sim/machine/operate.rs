@@ -1,4 +1,4 @@
-//! What an operator does: Start, Stop, a pause and its end.
+//! Operator actions: Start, Stop, pause and resume.
 
 use lang::profile::InputRole;
 

@@ -1,4 +1,4 @@
-//! The plant behind reference switches and probe.
+//! Model of reference switches and probe.
 
 use lang::axis::Axis;
 use lang::profile::{Profile, Wiring};

@@ -175,7 +175,7 @@ impl Native {
         self.settle();
         loop {
             if self.board.controller().motor.path_rests() {
-                self.board.controller_mut().flush_actions();
+                self.board.controller_mut().flush_actions(None);
             }
             let rests = self.board.controller().motor.path_rests()
                 && self.board.controller_mut().come_to_rest()

@@ -1,4 +1,4 @@
-//! What the machine tells, as trace and record.
+//! Events of the machine as trace and record.
 
 use lang::axis::Axis;
 use lang::wire::{TRACE_OK, TraceKind};

@@ -20,7 +20,7 @@ pub enum Job {
     Release(Button),
     /// A button is pressed for so many us.
     Press(Button, u64),
-    /// The controller feels it.
+    /// The controller sees it.
     Act(Action),
     /// Somebody takes a thing of the cell away, or puts it back.
     Hands(String, bool),
@@ -132,7 +132,7 @@ impl Plan {
         Ok(())
     }
 
-    /// The controller feels `action` now, unless that is at an input that hangs.
+    /// The controller sees `action` now, unless that is at an input that hangs.
     pub fn act(&mut self, action: Action) {
         if let Action::Input { n, on } = action {
             self.inputs.insert(n, on);

@@ -1,4 +1,4 @@
-//! The client on a bad cable: pulled at each byte of an upload, and noisy in both directions.
+//! Injects cable faults: unplugged at each byte of an upload, and noise in both directions.
 
 use std::cell::RefCell;
 use std::io;

@@ -1,13 +1,13 @@
 //! Readings of TIMER and what is counted from them.
 //!
-//! The boards count a run's milliseconds in 32 bits, which come round after 49.7 days; sums of the language fault where
+//! The boards count a run's milliseconds in 32 bits, which wrap after 49.7 days; sums of the language fault where
 //! they do not fit into 32 bits. So that a reading can be counted from for ever, TIMER gives the low 31 bits as a number
 //! with its sign, and a sum or difference with a reading in it is brought back to 31 bits the same way: the difference
 //! of two readings fits into 32 bits then, and is right modulo 2^31 ms, which is 24.8 days. What fits into 12.4 days is
 //! unchanged. `<< 1` drops a bit and `>> 1` brings back the sign: no part needs an instruction of its own for it, and
 //! all engines compute the same.
 //!
-//! Sums of plain Times still fault. What is a reading is told by the text: TIMER, a variable or parameter to which a
+//! Sums of plain Times still fault. The text decides what is a reading: TIMER, a variable or parameter to which a
 //! reading is assigned anywhere, and a reading more or less a Time. The difference of two readings is a Time.
 
 use std::collections::HashSet;

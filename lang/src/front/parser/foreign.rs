@@ -213,6 +213,15 @@ pub fn unknown_statement(i: In<'_>) -> Diag {
     if let Some(diag) = slips::unit_in_word(i) {
         return diag;
     }
+    // A word only where what acts on the way follows it.
+    if word.eq_ignore_ascii_case(Kw::Sync.text())
+        && matches!(i.second().tok, Tok::Name | Tok::Kw(_))
+    {
+        let second = i.second().span;
+        let message = format!("`{}` does not act on the way", second.of(i.context.text));
+        return Diag::new(Code::UnknownStatement, second, message)
+            .hint(format!("the form is `{}`", Kw::Sync.entry().usage));
+    }
     let message = format!("there is no statement or SUB `{word}`");
     let diag = Diag::new(Code::UnknownStatement, span, message);
     if is_later_word(word) && matches!(i.second().tok, Tok::Name | Tok::LineEnd) {

@@ -1,4 +1,4 @@
-//! Times that run out and that nobody hears of, and a TIMEDOUT that nothing sets.
+//! Timeouts without a check of TIMEDOUT, and a TIMEDOUT that nothing sets.
 
 use crate::front::codes::Code;
 use crate::front::diag::{Diag, Diags};
