@@ -7,6 +7,7 @@
 //! difference between engines is a difference between two lists of effects.
 
 use crate::axis::Axis;
+use crate::isa::flags;
 use crate::plain::{self, Plain};
 
 /// A length in um or a count of motor steps, as the script wrote it.

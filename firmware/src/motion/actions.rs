@@ -51,17 +51,19 @@ pub struct Action {
     at: u32,
     /// ms before the place, behind it where it is negative.
     pub lead: i16,
-    /// ms of a pulse, 0 for none.
+    /// ms of a pulse, 0 for none; of an analog output its value.
     pub pulse: u16,
     /// Where its statement stands in the program's code.
     pub pc: u16,
-    /// Output from 1, and [`ON`].
+    /// Output from 1, [`ON`] and [`ANALOG`].
     what: u8,
     waits: Waits,
 }
 
-/// [`Action::what`]: the output goes on.
+/// [`Action::what`]: the output goes on; an analog one gets a value that is not 0.
 const ON: u8 = 1 << 7;
+/// [`Action::what`]: an analog output.
+const ANALOG: u8 = 1 << 6;
 
 impl Action {
     /// Output `n`, from 1, goes on or off.
@@ -69,9 +71,19 @@ impl Action {
         Action { what: n | if on { ON } else { 0 }, ..Action::default() }
     }
 
+    /// Analog output `n`, from 1, gets a value.
+    pub fn analog(n: u8, value: u16) -> Action {
+        Action { pulse: value, ..Action::new(n | ANALOG, value != 0) }
+    }
+
+    /// It is one of an analog output, [`Action::pulse`] its value.
+    pub fn is_analog(&self) -> bool {
+        self.what & ANALOG != 0
+    }
+
     /// Number of the output, from 1.
     pub fn output(&self) -> u8 {
-        self.what & !ON
+        self.what & !(ON | ANALOG)
     }
 
     /// It goes on.
@@ -254,7 +266,7 @@ impl Actions {
     #[inline(never)]
     fn carry_out(&mut self, n: usize) -> Action {
         let action = self.list[n];
-        if action.pulse != 0 && action.is_on() {
+        if action.pulse != 0 && action.is_on() && !action.is_analog() {
             self.list[n].what &= !ON;
             self.list[n].at = action.pulse.into();
             self.list[n].waits = Waits::Pulse;

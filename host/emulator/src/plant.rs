@@ -340,6 +340,9 @@ impl Plant {
         if board.pwm == Some(pin) {
             return Some(Signal::Pwm);
         }
+        if board.aout == Some(pin) {
+            return Some(Signal::Aout);
+        }
         if let Some([data, drive]) = board.rs485 {
             if pin == data {
                 return Some(Signal::Rs485);

@@ -2,7 +2,7 @@
 
 use super::{BinOp, Expr, LabelId, RoutineId, Span, VarId};
 use crate::axis::Axis;
-use crate::effect::{Frame, Plane, Unit, Want};
+use crate::effect::{ActKind, Frame, Plane, Unit, Want};
 use crate::plain::Plain;
 
 /// Statements in order.

@@ -89,7 +89,8 @@ impl Profile {
             range("aout.frequency_hz", self.aout_hz().into(), 50, 20_000)?;
             if aout.full_mv.is_some() && aout.range.is_some() {
                 return Err(ProfileError(
-                    "aout has full_mv and range; write full_mv for voltages, or range for a share".to_owned(),
+                    "aout has full_mv and range; write full_mv for voltages, or range for a share"
+                        .to_owned(),
                 ));
             }
             let key = if aout.is_share() { "aout.range" } else { "aout.full_mv" };

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use super::{BoardRecord, MoreRecord, OutputStates, ThresholdRecord};
 use crate::profile::{
-    Analog, Aout, AoutPause, FIRST_THRESHOLD, Input, InputRole, Link, Output, OutputRole, Parity, Profile, Pwm,
-    PwmKind, SafeState, Threshold, Wiring,
+    Analog, Aout, AoutPause, FIRST_THRESHOLD, Input, InputRole, Link, Output, OutputRole, Parity,
+    Profile, Pwm, PwmKind, SafeState, Threshold, Wiring,
 };
 
 impl BoardRecord {

@@ -6,8 +6,8 @@ use super::{
 };
 use crate::axis::Axis;
 use crate::profile::{
-    AoutPause, AxisProfile, Direction, FIRST_THRESHOLD, InputRole, Output, OutputRole, Parity, Profile,
-    PwmKind, SafeState, Wiring,
+    AoutPause, AxisProfile, Direction, FIRST_THRESHOLD, InputRole, Output, OutputRole, Parity,
+    Profile, PwmKind, SafeState, Wiring,
 };
 use crate::wire::{CRC_START, crc16};
 
@@ -278,7 +278,8 @@ impl MoreRecord {
         if let Some(aout) = profile.aouts.first() {
             let value = |value: i32| u16::try_from(value).unwrap_or(0) & MoreRecord::VALUE;
             more.aout_hz = profile.aout_hz();
-            more.aout_full = value(aout.full()) | if aout.is_share() { MoreRecord::SHARE } else { 0 };
+            more.aout_full =
+                value(aout.full()) | if aout.is_share() { MoreRecord::SHARE } else { 0 };
             let pauses = aout.pause == AoutPause::Safe;
             more.aout_safe = value(aout.safe) | if pauses { MoreRecord::PAUSES } else { 0 };
         }

@@ -3,7 +3,8 @@
 
 use crate::axis::{Axis, AxisSet};
 use crate::effect::{
-    ActKind, Action, Center, Coord, Dist, Effect, Frame, Lead, Plane, Rate, Read, Sensor, Unit, Want,
+    ActKind, Action, Center, Coord, Dist, Effect, Frame, Lead, Plane, Rate, Read, Sensor, Unit,
+    Want,
 };
 use crate::isa::{Look, Op, SHORT_AXES, flags};
 use crate::place::Target;

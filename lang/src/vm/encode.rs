@@ -4,9 +4,7 @@
 
 use super::effects::{MAX_ARGUMENTS, plane_axes};
 use crate::axis::Axis;
-use crate::effect::{
-    Action, Center, Coord, Dist, Effect, Frame, Lead, Rate, Read, Sensor, Want,
-};
+use crate::effect::{Action, Center, Coord, Dist, Effect, Frame, Lead, Rate, Read, Sensor, Want};
 use crate::isa::{Look, Op, flags};
 
 /// An effect's instruction: its code with the bytes after it, and the values that it takes from the stack.

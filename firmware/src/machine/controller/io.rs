@@ -3,6 +3,7 @@
 use super::Controller;
 use crate::analog::{Analog, FIRST_THRESHOLD, LAST_THRESHOLD};
 use crate::inputs::Inputs;
+use crate::machine::aout::Aout;
 use crate::machine::chip::Chip;
 use lang::record::BoardRecord;
 use lang::wire::{RunState, UNWIRED};
@@ -29,6 +30,8 @@ pub struct Io {
     pub probe: bool,
     /// Analog inputs and what thresholds make of them.
     pub analog: Analog,
+    /// The analog output.
+    pub aout: Aout,
 }
 
 impl<C: Chip> Controller<C> {
@@ -112,6 +115,7 @@ impl<C: Chip> Controller<C> {
     /// Sends the outputs and takes the inputs 1 to 16, before the filter: as they are, for that, without forcing.
     pub(super) fn exchange(&mut self) -> u16 {
         self.drive_pwm();
+        self.drive_aout();
         let outputs = match self.record.laser {
             0 => self.io.outputs,
             laser => self.light.shine(&self.chip, laser, self.io.outputs, &self.motor),

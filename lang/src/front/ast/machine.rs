@@ -1,7 +1,7 @@
 //! The machine's statements in the syntax tree.
 
 use super::{AxisRef, Expr, PrintPart};
-use crate::effect::{Plane, Want};
+use crate::effect::{ActKind, Plane, Want};
 use crate::plain::Plain;
 
 /// The machine's statements; optional arguments that were left out are None.

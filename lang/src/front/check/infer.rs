@@ -377,7 +377,7 @@ impl<'a> Inference<'_, 'a> {
             ExprKind::Axis(_) => Ty::Unknown,
             ExprKind::Name(name) => match self.checker.names.look(self.scope, &name.key) {
                 Some(Entity::Const(kind, _)) => Ty::Known(kind),
-                Some(Entity::Port(..) | Entity::Analog(_)) => Ty::Known(Kind::Number),
+                Some(Entity::Port(..) | Entity::Analog(..)) => Ty::Known(Kind::Number),
                 Some(Entity::Var(var)) => self.slot(var.0 as usize),
                 Some(Entity::Routine(id)) => self.slot(self.result_slot(id)),
                 Some(Entity::Table(_)) | None => Ty::Unknown,
