@@ -62,7 +62,7 @@ pub struct Made {
 /// Compiles a case; `None` when the compiler refuses it.
 pub fn make(case: Case) -> Option<Made> {
     let source = Source::new("g.bas", case.script.clone());
-    let (program, _) = compile(&source, ProfileChoice::built_in());
+    let (program, _) = compile(&source, case.machine());
     let program = program?;
     let compiled = lang::back::compile(&program).ok()?;
     let world = World::parse("g.rhai", &case.world).ok()?;

@@ -11,7 +11,7 @@ const AOUTS: i32 = 1;
 const MOST: i64 = 30_000;
 
 /// An analog output.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Aout {
     /// Number, from 1.
