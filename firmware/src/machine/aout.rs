@@ -101,8 +101,10 @@ impl<C: Chip> Controller<C> {
         if self.io.aout.top == 0 {
             return;
         }
-        self.chip.set_aout(self.io.aout.compare);
-        // Looked at after the pin was given to the timer, as that of the PWM.
+        if self.chip.tripped() == 0 {
+            self.chip.set_aout(self.io.aout.compare);
+        }
+        // A stop that came before, or between, has darkened the pin in vain.
         if self.chip.tripped() != 0 {
             self.chip.darken_aout();
         }

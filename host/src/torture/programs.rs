@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 use lang::back::Compiled;
+use lang::front::compile;
 use lang::front::source::Source;
-use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::image::Image;
 use lang::part::{F5529, Part};
