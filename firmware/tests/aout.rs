@@ -24,8 +24,8 @@ fn machine(hz: u16, keys: &str) -> Profile {
 
 fn started(profile: &Profile, script: &str) -> Board {
     let mut board = on(Silicon::default(), profile, script);
-    board.record(true);
     write(&mut board, wire::RUN_CONTROL, Control::Start as u16);
+    board.record(true);
     board
 }
 
@@ -184,7 +184,8 @@ fn a_value_on_the_way_comes_at_its_place_whatever_the_override_is() {
                 Signal::Aout if edge.level => rise = edge.cycle,
                 Signal::Aout => {
                     // Tenths of a period of 50 us.
-                    let part = (edge.cycle - rise) * 200_000 / board.ticks_per_second();
+                    let part = (edge.cycle - rise) * 200_000 + board.ticks_per_second() / 2;
+                    let part = part / board.ticks_per_second();
                     if part != wide {
                         (wide, period) = (part, edge.cycle);
                         seen.push((part, steps));
