@@ -97,7 +97,7 @@ ram! {
     }
     /// Deadlines (ticks.s, step.s).
     session_missed = "session$missed" {
-        MISSED: 2, "Milliseconds served more than 2 ms late.";
+        MISSED: 2, "Milliseconds served more than 2 ms late; high byte: low byte of RUNS when a line of a course came too late.";
         RUNS: 2, "Runs begun since reset.";
     }
     /// Of the link, beyond the bytes that one byte names.

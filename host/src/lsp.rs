@@ -20,7 +20,7 @@ use lang::front::span::Span;
 use lang::profile::Profile;
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, Response};
 use lsp_types::notification::{
-    DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, Notification as _,
+    DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, Exit, Notification as _,
     PublishDiagnostics,
 };
 use lsp_types::request::{self, Request as _};
@@ -67,12 +67,30 @@ pub fn serve(connection: &Connection, profile: Option<&Profile>) -> Result<(), B
     let mut server = Server::new(profile);
     for message in &connection.receiver {
         if let Message::Request(request) = &message
-            && connection.handle_shutdown(request).map_err(broken)?
+            && request.method == request::Shutdown::METHOD
         {
-            return Ok(());
+            return shut_down(connection, request);
         }
         if let Some(answer) = server.hear(message) {
             connection.sender.send(answer).map_err(broken)?;
+        }
+    }
+    Ok(())
+}
+
+/// Answers `shutdown` and waits for `exit`. What an editor still sends between them is refused or not heard; one that is gone
+/// without `exit` has said good-bye all the same.
+fn shut_down(connection: &Connection, request: &Request) -> Result<(), Broken> {
+    let answer = |response: Response| connection.sender.send(response.into()).map_err(broken);
+    answer(Response::new_ok(request.id.clone(), ()))?;
+    for message in &connection.receiver {
+        match message {
+            Message::Notification(note) if note.method == Exit::METHOD => break,
+            Message::Request(late) => {
+                let words = "the server was asked to shut down".to_owned();
+                answer(Response::new_err(late.id, ErrorCode::InvalidRequest as i32, words))?;
+            }
+            _ => {}
         }
     }
     Ok(())

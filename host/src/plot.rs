@@ -19,6 +19,8 @@ use crate::sim::record::{Edge, SegmentKind};
 use crate::sim::trace::{MoveKind, Status};
 pub use chart::time;
 pub(crate) use curve::Curve;
+#[cfg(test)]
+pub(crate) use curve::Point;
 use curve::curves;
 
 /// Segments beyond this are drawn by their ends alone, without the ramps of their speed.

@@ -118,6 +118,8 @@ pub struct VarValue {
 pub struct Outcome {
     /// How it ended.
     pub end: End,
+    /// Its F14 is a line of a path that came too late ([`lang::fault::LATE_LINE`]), no emergency stop.
+    pub late_line: bool,
     /// The run in numbers.
     pub summary: Summary,
     /// For plots.
@@ -235,7 +237,18 @@ fn outcome(
     let (summary, record, failures) = machine.results(&end);
     let unattended = machine.unattended();
     let cell = machine.report(&end);
-    Ok(Outcome { end, summary, record, vars, failures, unattended, program: 0, onward: None, cell })
+    Ok(Outcome {
+        end,
+        summary,
+        record,
+        vars,
+        failures,
+        unattended,
+        program: 0,
+        onward: None,
+        late_line: false,
+        cell,
+    })
 }
 
 /// As [`run`], with the whole trace in memory.

@@ -299,8 +299,11 @@ pub fn simulate<L: AsRef<Loaded>>(
                 program: &loaded.program,
                 outcome: &outcome,
             };
-            let path = path(number, &plot.curves());
+            let (path, shown) = path(number, &plot.curves());
             let mut about = about(number, loaded, &plot, &events, part);
+            if let (Some(note), Some(notes)) = (shown, about["notes"].as_array_mut()) {
+                notes.push(note.into());
+            }
             about["turns"] = turns.map_or(Value::Null, |own| json!([own.turns, own.line]));
             about["all"] = budget.all.into();
             about["cut"] = (turns.is_some() || cut(&outcome)).into();
@@ -317,13 +320,20 @@ fn number_bytes(number: u64) -> Vec<u8> {
     (number as u32).to_le_bytes().to_vec()
 }
 
-fn path(number: u64, curves: &[Curve]) -> Vec<u8> {
+/// The path as a page takes it, and what there is to say when it is too long to be shown whole.
+fn path(number: u64, curves: &[Curve]) -> (Vec<u8>, Option<String>) {
     let mut bytes = number_bytes(number);
     let mut points = 0;
     for curve in curves {
         points += curve.points.len();
         if points > MOST_POINTS {
-            break;
+            let from = curve.points.first().map_or(0.0, |point| point.us) / 1e6;
+            let note = format!(
+                "the picture shows the path up to {from:.1} s, line {}: a page takes {MOST_POINTS} points of it; the \
+                 times and sums are of the whole run",
+                curve.line
+            );
+            return (bytes, Some(note));
         }
         let style = Style::ALL.iter().position(|style| *style == curve.style).unwrap_or(0) as u32;
         // A laser's power in fourteenths and one more; 0 without a laser.
@@ -339,7 +349,7 @@ fn path(number: u64, curves: &[Curve]) -> Vec<u8> {
             bytes.extend((word | u32::from(i == 0) << 28).to_le_bytes());
         }
     }
-    bytes
+    (bytes, None)
 }
 
 /// Axes of a machine with their travel, its inputs and outputs, as pages show them: with the names

@@ -1,5 +1,7 @@
 //! Cells by the command line: deviations that strike no part, proofs that prove nothing.
 
+#[path = "cell/broken.rs"]
+mod broken;
 mod common;
 
 use common::{pasapas, text};

@@ -5,10 +5,15 @@ mod common;
 
 use std::ffi::OsStr;
 use std::fs;
-use std::io::Write as _;
+use std::io::{Read as _, Write as _};
+use std::net::TcpListener;
 use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
 
 use common::Board;
+use lang::wire::{CRC_START, LATE_EVENTS, crc16};
+use pasapas::link::{self, Link as _};
 
 const SCRIPT: &str = "\
 DIM i, way AS Length
@@ -67,6 +72,69 @@ fn the_trace_of_a_board_is_the_simulators() {
         let board = board(part);
         let (code, out, err) = pasapas(&board, &["trace", "a.bas"], "");
         assert_eq!((code, out), (0, simulated(&board)), "{part}: {err}");
+    }
+}
+
+/// Stands between a client and a board, as RTU frames at the returned port, and lets its register of late events grow by 3 with
+/// each read of it.
+fn late_board(board: &Board) -> u16 {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let port = listener.local_addr().expect("an address").port();
+    let path = board.port();
+    thread::spawn(move || {
+        let mut line = link::open(path.to_str().expect("UTF-8")).expect("the board");
+        let mut late = 0u16;
+        for mut client in listener.incoming().map_while(Result::ok) {
+            let mut bytes = [0; 512];
+            while let Ok(count @ 1..) = client.read(&mut bytes) {
+                let request = &bytes[..count];
+                let [high, low] = LATE_EVENTS.to_be_bytes();
+                let mut reply = Vec::new();
+                if request.get(1..6) == Some(&[3, high, low, 0, 1]) {
+                    late += 3;
+                    reply = vec![request[0], 3, 2, 0, late as u8];
+                    let crc = reply.iter().fold(CRC_START, |crc, byte| crc16(crc, *byte));
+                    reply.extend(crc.to_le_bytes());
+                } else {
+                    line.send(request).expect("sent");
+                    let mut patience = Duration::from_millis(300);
+                    while let Ok(count @ 1..) = line.receive(&mut bytes, patience) {
+                        reply.extend(&bytes[..count]);
+                        patience = Duration::from_millis(8);
+                    }
+                }
+                if client.write_all(&reply).is_err() {
+                    break;
+                }
+            }
+        }
+    });
+    port
+}
+
+#[test]
+fn late_steps_are_told_by_status_and_at_the_end_of_a_run() {
+    let board = board("f5529");
+    let port = format!("rtu:127.0.0.1:{}", late_board(&board));
+    let at = |args: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_pasapas"))
+            .args(args)
+            .args(["--port", &port])
+            .current_dir(board.folder.path())
+            .stdin(Stdio::null())
+            .output()
+            .expect("the tool starts");
+        let said = [output.stdout, output.stderr].concat();
+        (output.status.code(), String::from_utf8_lossy(&said).into_owned())
+    };
+    let late = "3 step events came some us late; no step was lost, and no pulse shortened";
+    let (code, said) = at(&["status"]);
+    assert!(code == Some(0) && said.contains(&format!("steps     {late}")), "{said}");
+    let (code, said) = at(&["status", "--format", "json"]);
+    assert!(code == Some(0) && said.contains("\"late_events\":6"), "{said}");
+    for args in [&["trace", "a.bas"][..], &["stream", "a.bas"], &["stream", "a.bas", "--stored"]] {
+        let (code, said) = at(args);
+        assert!(code == Some(0) && said.contains(&format!("a.bas: {late}")), "{args:?}: {said}");
     }
 }
 

@@ -115,6 +115,15 @@ faults! {
         "Upload it (`pasapas upload FILE --as NAME`), or choose one of those that `pasapas list` shows.";
 }
 
+/// Text, cause and remedy of [`Fault::EmergencyStop`] where no stop was pressed or sent: a part that takes slow points had not
+/// planned the next line of a path when the one before ended at speed.
+#[cfg(feature = "compiler")]
+pub const LATE_LINE: [&str; 3] = [
+    "a line of a path came too late",
+    "The next line was not planned when the one before ended at speed, so steps ceased at once and no axis knows where it is. No emergency stop was pressed or sent.",
+    "Press Start to acknowledge and home again; a lower F, longer lines or a Wait 0ms before the path leave more time. Report it with the program that showed it.",
+];
+
 impl Fault {
     /// The number, 1..=21.
     pub const fn number(self) -> u8 {

@@ -136,6 +136,10 @@ pub const SYNC_LEAD_MS: i32 = 50;
 /// The longest lag and pulse of one, ms.
 pub const SYNC_MS: i32 = i16::MAX as i32;
 
+/// The longest lead and lag of one along the path, um: places along it are counted to 4.29 km and then from 0 again, so half
+/// of that is the most that two of them may be apart.
+pub const SYNC_WAY: i32 = 1_000_000_000;
+
 /// The longest STEP pulse that one interrupt makes, us.
 pub const SHORT_PULSE_US: u8 = 3;
 

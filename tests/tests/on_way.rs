@@ -290,6 +290,92 @@ fn lags_that_end_in_a_pause_switch_off_at_once_and_on_behind_it() {
 }
 
 #[test]
+fn a_pulse_that_a_pause_keeps_off_comes_once_after_it() {
+    // Output 3 is off in the pause, output 4 is not: on both the lag ends when the axes rest.
+    let head = format!("{HEAD}SYNC SetOut 5, ON\nG1 X5\n");
+    let script =
+        format!("{head}SYNC Pulse 3, 30ms, -600ms\nSYNC Pulse 4, 30ms, -600ms\nG1 X40\nWait 20ms");
+    for (name, outcome, _) in paused(&script, &pause_at(300, 1_500)) {
+        for n in [3, 4] {
+            let [(on, true), (off, false)] = edges(&outcome.record, n)[..] else {
+                panic!("{name}, output {n}: {:?}", edges(&outcome.record, n))
+            };
+            assert!((1_500_000..1_520_000).contains(&on), "{name}, output {n}: {on} us");
+            // Its milliseconds are counted whole, and the pass that switches it on may come late in the first one.
+            assert!((28_000..=31_000).contains(&(off - on)), "{name}, output {n}: {} us", off - on);
+        }
+    }
+    // One that the pause interrupts has the rest of its time after it.
+    let script = format!("{HEAD}SYNC Pulse 3, 900ms\nG1 X40\nWait 20ms");
+    for (name, outcome, _) in paused(&script, &pause_at(300, 1_500)) {
+        let own = edges(&outcome.record, 3);
+        let [(on, true), (away, false), (back, true), (off, false)] = own[..] else {
+            panic!("{name}: {own:?}")
+        };
+        let long = away - on + off - back;
+        assert!((898_000..=902_000).contains(&long), "{name}: {long} us, {own:?}");
+    }
+}
+
+#[test]
+fn the_newest_command_on_an_output_counts() {
+    let lengths = |script: &str| {
+        runs(script, "")
+            .into_iter()
+            .map(|(name, outcome, _)| {
+                assert_eq!(outcome.end.status, Status::Done, "{name}");
+                (name, edges(&outcome.record, 3))
+            })
+            .collect::<Vec<_>>()
+    };
+    // A pulse within a pulse, 10 mm at 30 mm/s later.
+    let two = format!("{HEAD}SYNC Pulse 3, 400ms\nG1 X10\nSYNC Pulse 3, 400ms\nG1 X50\n");
+    for (name, own) in lengths(&two) {
+        let [(on, true), (off, false)] = own[..] else { panic!("{name}: {own:?}") };
+        assert!((700_000..780_000).contains(&(off - on)), "{name}: {own:?}");
+    }
+    // SYNC SetOut, and a SetOut that waits for the path's end, within a pulse.
+    for later in
+        ["SYNC SetOut 3, ON\nG1 X50\n", "SetOut 3, ON\nG1 X50\n", "Pulse 3, 500ms\nG1 X50\n"]
+    {
+        let script = format!("{HEAD}SYNC Pulse 3, 600ms\nG1 X10\n{later}");
+        for (name, own) in lengths(&script) {
+            let [(on, true), (off, false)] = own[..] else { panic!("{name}, {later}: {own:?}") };
+            assert!(off - on > 900_000, "{name}, {later}: {own:?}");
+        }
+    }
+}
+
+#[test]
+fn outputs_of_the_controller_are_not_the_programs() {
+    let mill = include_str!("../../examples/profiles/mill.toml");
+    let own = "\n[[output]]\nn = 6\nrole = \"enable\"\n[[output]]\nn = 7\nrole = \"lamp\"\n";
+    let profile = Profile::parse(&(mill.to_owned() + own)).expect("a mill");
+    for n in [6, 7] {
+        for statement in [
+            "SetOut n, OFF",
+            "SetOut n, ON",
+            "Pulse n, 5ms",
+            "SYNC SetOut n, OFF",
+            "SYNC Pulse n, 5ms",
+        ] {
+            let script = format!("{HEAD}DIM n\nn = {n}\nG1 X5\n{statement}\nG1 X10\nWait 20ms");
+            let source = Source::new("t.bas", script.clone());
+            let (program, diags) =
+                compile(&source, ProfileChoice::Given(Box::new(profile.clone())));
+            let program = program.unwrap_or_else(|| panic!("{script}: {}", diags.render(&source)));
+            for (name, outcome, _) in runs_of(program, "") {
+                assert_eq!(
+                    outcome.end.fault,
+                    Some(lang::fault::Fault::ValueRange),
+                    "{name}, {statement}, {n}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn a_stop_drops_them_on_the_way_and_in_a_pause() {
     let script = format!(
         "{HEAD}SYNC Pulse 5, 10s\nG1 X5\nSYNC SetOut 3, ON, -3s\nG1 X30\nSYNC SetOut 4, ON\nG1 X60\nWait 5s"

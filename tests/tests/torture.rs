@@ -10,7 +10,9 @@ use lang::isa::Op;
 use lang::part::SEGMENT;
 use lang::profile::Profile;
 use lang::record::{BoardRecord, feature};
-use lang::wire::{Control, FAULT, MACHINE_POSITIONS, PROFILE_WINDOW, RunState};
+use lang::wire::{
+    Control, FAULT, FAULT_INPUT, HOMED, MACHINE_POSITIONS, PROFILE_WINDOW, RUN_STATE, RunState,
+};
 use pasapas::board::{BUILDS, DEFAULT};
 use pasapas::sim::trace::What;
 use pasapas::torture::generate::{Case, generate, generate_still};
@@ -65,6 +67,28 @@ fn generated_programs_run_on_the_machine_without_an_emulator() {
         }
     }
     assert!(run > 30, "only {run} were run");
+}
+
+/// Generated programs do on the emulated board of each part what `rhai` says of them.
+#[test]
+fn generated_programs_run_on_the_board_of_every_part() {
+    for build in BUILDS {
+        let mut run = 0;
+        for n in 0..60 {
+            if run == 6 {
+                break;
+            }
+            let case = generate_still(build.part, &tape(&SETTINGS, "every part", n));
+            let Some(made) = make_for(build, case) else { continue };
+            let Some(wanted) = reference(build.part, &made) else { continue };
+            match against_the_board(build, &made, &made.compiled.image, &wanted).0 {
+                Verdict::Survived => run += 1,
+                Verdict::Skipped => {}
+                Verdict::Lost(text) => panic!("{}, case {n}: {text}", build.part.name),
+            }
+        }
+        assert_eq!(run, 6, "were run on {}", build.part.name);
+    }
 }
 
 #[test]
@@ -295,6 +319,64 @@ fn time_finds_a_program_that_ended_and_a_board_that_nobody_hears() {
     let mut deaf = stand("DO\nLOOP");
     deaf.board.set_uart_noise(1, 200_000);
     assert!(time::busy(&mut deaf, &mut Rng::new(1)).is_err());
+}
+
+/// A board that runs `script` by itself behind a power-up, with an emergency stop at input 4.
+fn autorunning(build: &'static pasapas::board::Build, script: &str) -> Stand {
+    let mut stand = Stand::new(build, &Config::default()).expect("the shipped image");
+    let mut record = BoardRecord { sequence: 1, ..BoardRecord::DEFAULT };
+    record.emergency[0] = 4;
+    let record = BoardRecord { flags: record.flags | BoardRecord::AUTORUN, ..record };
+    for (n, part) in words(&record.sealed().to_bytes()).chunks(16).enumerate() {
+        stand.write(PROFILE_WINDOW + 16 * n as u16, part);
+    }
+    let image = power::image(script).expect("it compiles");
+    stand.upload(&image, false).expect("it is taken");
+    stand.board.power_cut();
+    stand.board.power_up();
+    stand
+}
+
+#[test]
+fn autorun_never_acknowledges_a_fault() {
+    for build in BUILDS {
+        let name = build.part.name;
+        let mut stand = autorunning(build, "DO\nLOOP");
+        stand.board.run_us(300_000);
+        stand.board.plant_mut().set_input(4, true);
+        stand.board.run_us(50_000);
+        stand.board.plant_mut().set_input(4, false);
+        stand.board.run_us(1_500_000);
+        assert_eq!(stand.state(), Some(RunState::Fault as u16), "{name}");
+        assert_eq!(stand.read(FAULT), Some(Fault::EmergencyStop as u16), "{name}");
+        // What it is called decides: somebody's Start acknowledges, and the next one begins a run.
+        stand.control(Control::Acknowledge);
+        stand.board.run_us(1_500_000);
+        assert_eq!(stand.state(), Some(RunState::Ready as u16), "{name}: it starts behind a fault");
+    }
+}
+
+/// What the manual says of RST: the steps end, the run is F14 without an input, and nothing starts by itself, behind another RST
+/// either.
+#[test]
+fn rst_is_no_emergency_stop() {
+    for build in BUILDS {
+        let name = build.part.name;
+        let mut stand = autorunning(build, "MoveAxe X, 200mm\n");
+        stand.board.run_us(900_000);
+        assert_eq!(stand.state(), Some(RunState::Running as u16), "{name}");
+        stand.board.reset_pin();
+        stand.board.run_us(1_500_000);
+        let told = [RUN_STATE, FAULT, FAULT_INPUT, HOMED].map(|register| stand.read(register));
+        let wanted = [RunState::Fault as u16, Fault::EmergencyStop as u16, 0, 0];
+        assert_eq!(told, wanted.map(Some), "{name}");
+        let steps = stand.board.plant().motors[0].pulses;
+        stand.board.reset_pin();
+        stand.board.run_us(1_500_000);
+        println!("{name} behind a second RST: {:?}", stand.state());
+        assert_ne!(stand.state(), Some(RunState::Running as u16), "{name}");
+        assert_eq!(stand.board.plant().motors[0].pulses, steps, "{name}");
+    }
 }
 
 #[test]

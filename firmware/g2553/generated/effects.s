@@ -13,8 +13,16 @@ fx_set_out:
     .global fx_output
     ROUTINE_ODD fx_output, module.rules.effects
     PUT N
+    PROFILE B_ENABLE
+    COMPARE N
+    IF_EQUAL .Leffects_2
+    PROFILE B_LAMP
+    COMPARE N
+    IF_EQUAL .Leffects_2
+    GET N
     DO output_unit
     IF_NOT_EQUAL .Leffects_1
+.Leffects_2:
     FAULT F_VALUE_RANGE
 .Leffects_1:
     GET UNIT
@@ -22,24 +30,24 @@ fx_set_out:
     EVENT TRACE_OUT
     RETURN
 fx_pulse:
-    IF_NOT_EQUAL .Leffects_2
+    IF_NOT_EQUAL .Leffects_3
     DO pop_time
     POP_NUMBER 1, 16
     LET UNIT, 1
     DO fx_output
     DO or_return
     NOT_YET_
-.Leffects_2:
+.Leffects_3:
     DO time_up
     LET UNIT, 0
     GET N
     GOTO fx_output
 fx_set_port:
-    IF_NOT_EQUAL .Leffects_4
+    IF_NOT_EQUAL .Leffects_5
     DO pop_value
     PUT BITS
-.Leffects_4:
 .Leffects_5:
+.Leffects_6:
     UP N
     GET BITS
     PUT UNIT
@@ -48,33 +56,26 @@ fx_set_port:
     GET N
     CMPI 9
     IF_NOT_NEGATIVE .Leffects_m0
-    PROFILE B_ENABLE
-    COMPARE N
-    IF_EQUAL .Leffects_5
-    PROFILE B_LAMP
-    COMPARE N
-    IF_EQUAL .Leffects_5
-    GET N
     DO fx_output
-    IF_NONE TRACING, T_FULL, .Leffects_5
+    IF_NONE TRACING, T_FULL, .Leffects_6
     NOT_YET_
 fx_wait:
-    IF_NOT_EQUAL .Leffects_10
+    IF_NOT_EQUAL .Leffects_9
     DO pop_time
     EVENT TRACE_WAIT
-.Leffects_10:
+.Leffects_9:
     DO time_up
 .Leffects_m0:
     DONE_
 fx_wait_in:
-    IF_NOT_EQUAL .Leffects_11
+    IF_NOT_EQUAL .Leffects_10
     DO wait_begin
-    IF_NONE BITS, FLAG_LEVEL, .Leffects_12
+    IF_NONE BITS, FLAG_LEVEL, .Leffects_11
     DO pop_level
     BITS_OFF BITS, 3
     GET UNIT
     AXIS_ON BITS
-.Leffects_12:
+.Leffects_11:
     GET BITS
     DO half
     DO half
@@ -83,50 +84,50 @@ fx_wait_in:
     DO half
     DO half
     ADDI 1
-    IF_NONE BITS, FLAG_INPUT_ON_STACK, .Leffects_13
+    IF_NONE BITS, FLAG_INPUT_ON_STACK, .Leffects_12
     POP_NUMBER 1, 17
-.Leffects_13:
+.Leffects_12:
     PUT N
-.Leffects_11:
+.Leffects_10:
     GET N
     DO input
     PUT UNIT
     GET BITS
     ANDI 1
     COMPARE UNIT
-    IF_NOT_EQUAL .Leffects_14
-    IF_ANY BITS, 2, .Leffects_16
+    IF_NOT_EQUAL .Leffects_13
+    IF_ANY BITS, 2, .Leffects_15
     EVENT_OK TRACE_WAIT_IN
 fx_met:
-    IF_NONE BITS, FLAG_WAIT_QUERY, .Leffects_19
+    IF_NONE BITS, FLAG_WAIT_QUERY, .Leffects_18
     BITS_OFF RUN_FLAGS, R_TIMED_OUT
-.Leffects_19:
+.Leffects_18:
     DONE_
-.Leffects_14:
+.Leffects_13:
     BITS_OFF BITS, 2
-.Leffects_16:
+.Leffects_15:
     DO time_up
     EVENT TRACE_WAIT_IN
     GOTO fx_missed
 fx_wait_char:
-    IF_NOT_EQUAL .Leffects_17
+    IF_NOT_EQUAL .Leffects_16
     DO wait_begin
     POP_NUMBER 33, 125
     PUT N
-.Leffects_17:
+.Leffects_16:
     GET N
     COMPARE CHAR_IN
-    IF_NOT_EQUAL .Leffects_18
+    IF_NOT_EQUAL .Leffects_17
     LET CHAR_IN, 0
     EVENT_OK TRACE_WAIT_CHAR
     GOTO fx_met
-.Leffects_18:
+.Leffects_17:
     DO time_up
     EVENT TRACE_WAIT_CHAR
 fx_missed:
-    IF_ANY BITS, FLAG_WAIT_QUERY, .Leffects_20
+    IF_ANY BITS, FLAG_WAIT_QUERY, .Leffects_19
     FAULT F_TIMED_OUT
-.Leffects_20:
+.Leffects_19:
     BITS_ON RUN_FLAGS, R_TIMED_OUT
     DONE_
 fx_send:
@@ -136,12 +137,12 @@ fx_send:
     EVENT TRACE_SEND
     RETURN
 fx_wait_start:
-    IF_NOT_EQUAL .Leffects_21
+    IF_NOT_EQUAL .Leffects_20
     BITS_ON RUN_FLAGS, R_WAITING
-.Leffects_21:
-    IF_NONE RUN_FLAGS, R_WAITING, .Leffects_22
+.Leffects_20:
+    IF_NONE RUN_FLAGS, R_WAITING, .Leffects_21
     NOT_YET_
-.Leffects_22:
+.Leffects_21:
     LIT 0
     EVENT_OK TRACE_WAIT_START
     RETURN
@@ -159,9 +160,9 @@ fx_out_state:
     GOTO .Leffects_m3
 fx_timed_out:
     LIT 0
-    IF_NONE RUN_FLAGS, R_TIMED_OUT, .Leffects_23
+    IF_NONE RUN_FLAGS, R_TIMED_OUT, .Leffects_22
     LIT 1
-.Leffects_23:
+.Leffects_22:
 .Leffects_m3:
     CALL push_small
     DONE_

@@ -10,7 +10,9 @@ emergency_input:
     DO emergency_now
     IF_NOT_EQUAL run_emergency
 .Lsession_m6:
-.Lsession_m0:
+    RETURN
+.Lsession_9:
+    BITS_ON RUN_FLAGS, R_RESTART
     RETURN
     .balign 2, 0
     .global control
@@ -26,9 +28,6 @@ control:
     TO .Lsession_8
     TO .Lsession_9
     PLACES_END
-.Lsession_9:
-    BITS_ON RUN_FLAGS, R_RESTART
-    RETURN
 .Lsession_6:
     IF_IS_NOT RUN, RUN_PAUSED, .Lsession_10
 .Lsession_m5:
@@ -43,22 +42,28 @@ control:
 run_pause:
     MICRO
 .Lsession_run_pause:
-    IF_IS_NOT RUN, RUN_RUNNING, .Lsession_m6
+    IF_IS_NOT RUN, RUN_RUNNING, run_end_commands
     LET RUN, 6
     F clear SPIN
     BITS_ON MOTION, M_PAUSE
+.Lsession_m0:
     RETURN
     .balign 2, 0
     .global run_stop
 run_stop:
     MICRO
 .Lsession_run_stop:
+    IF_NONE RUN, RUN_ACTIVE, run_end_commands
     LIT 2
-    IF_NONE RUN, RUN_ACTIVE, .Lsession_m6
     .global run_finish
     ROUTINE_ODD run_finish, module.rules.session
     PUT ENDING
     LET RUN, 6
+    DO motion_stop
+    RETURN
+run_end_commands:
+    IF_ANY RUN, RUN_ACTIVE, .Lsession_m0
+    DO abandon
     DO motion_stop
     RETURN
 fx_end:
@@ -76,7 +81,7 @@ run_emergency:
     PUT FAULT_IN
     LIT F_EMERGENCY_STOP
     DO fail
-    IF_IS_NOT RUN, RUN_FAULT, .Lsession_m0
+    IF_IS_NOT RUN, RUN_FAULT, .Lsession_m6
     F clear EFFECT
     RETURN
     .balign 2, 0
@@ -88,15 +93,15 @@ fail:
     F word EFFECT_PC
     F put VM_FAULT_PC
     .if HAS_COURSES
-    IF_NONE MOTION, M_NEXT, .Lsession_16
+    IF_NONE MOTION, M_NEXT, .Lsession_19
     LIT 0
     F store LEFT
     .endif
-.Lsession_16:
+.Lsession_19:
     LIT 3
     IF_ANY RUN, RUN_ACTIVE, run_finish
     LET RUN, 4
-.Lsession_18:
+.Lsession_21:
 .Lsession_m1:
     RETURN
     .balign 2, 0
@@ -104,27 +109,27 @@ fail:
 run_start:
     MICRO
 .Lsession_run_start:
-    IF_ANY BUTTON, P1_STOP, .Lsession_18
+    IF_ANY BUTTON, P1_STOP, .Lsession_21
     DO blocking
     IF_NOT_EQUAL .Lsession_m1
     IF_IS RUN, RUN_PAUSED, run_resume
-    IF_IS_NOT RUN, RUN_FAULT, .Lsession_20
+    IF_IS_NOT RUN, RUN_FAULT, .Lsession_23
     LET RUN, 0
     F word STORED
-    IF_EQUAL .Lsession_21
+    IF_EQUAL .Lsession_24
     UP RUN
-.Lsession_21:
-.Lsession_22:
+.Lsession_24:
+.Lsession_25:
 .Lsession_m2:
     RETURN
-.Lsession_20:
+.Lsession_23:
     BITS_OFF RUN_FLAGS, R_WAITING
-    IF_IS_NOT RUN, RUN_READY, .Lsession_22
+    IF_IS_NOT RUN, RUN_READY, .Lsession_25
     IF_SET MOVING, .Lsession_m2
 run_begin:
     CALL program_attach
     F word VM_CODE
-    IF_NOT_EQUAL .Lsession_23
+    IF_NOT_EQUAL .Lsession_26
     LIT F_IMAGE_REFUSED
     GOTO .Lsession_fail
 run_resume:
@@ -152,26 +157,26 @@ run_resume:
 run_stopping:
     MICRO
     DO motion_rests
-    IF_EQUAL .Lsession_27
+    IF_EQUAL .Lsession_30
     .if HAS_COURSES
-    IF_ANY MOTION, M_THROUGH, .Lsession_29
+    IF_ANY MOTION, M_THROUGH, .Lsession_32
     .endif
     GET EFFECT
     ADDI -OP_PROBE
     CMPI OP_HOME_QUERY-OP_PROBE+1
     IF_CARRY .Lsession_m8
-.Lsession_29:
+.Lsession_32:
     END
     jmp run_goes
-.Lsession_27:
-    IF_ZERO ENDING, .Lsession_30
+.Lsession_30:
+    IF_ZERO ENDING, .Lsession_33
     LIT B_AT_END
-    IF_IS_NOT ENDING, END_FAULT, .Lsession_31
+    IF_IS_NOT ENDING, END_FAULT, .Lsession_34
     LIT B_AT_FAULT
-.Lsession_31:
+.Lsession_34:
     DO output_states
     IF_ANY TRACING, T_FULL, .Lsession_m8
-.Lsession_30:
+.Lsession_33:
     IF_SET LINE_STATE, .Lsession_m8
     CALL keep_save
     IF_SET ENDING, .Lsession_m3
@@ -183,7 +188,7 @@ run_stopping:
     RETURN
 .Lsession_m3:
     GOTO run_ended
-.Lsession_23:
+.Lsession_26:
     CALL clear_run
     F put VM_SP
     F put VM_BASE
@@ -201,13 +206,13 @@ run_stopping:
     .if HAS_COURSES
     FR word SLOT_HEAD+IMAGE_CODE-MACHINE_SIZE+MC_FLAGS, SHORT
     TESTI MC_COURSES
-    IF_EQUAL .Lsession_24
+    IF_EQUAL .Lsession_27
     BITS_ON RUN_FLAGS, R_COURSES
     LIT16 COURSE
     F put VM_SP
     F put VM_BASE
     .endif
-.Lsession_24:
+.Lsession_27:
     CALL keep_load
     LIT16 RUNS_MARK
     F put RUNNING
@@ -219,10 +224,10 @@ run_stopping:
     .endif
     BITS_OFF TRACING, ~(T_ON|T_HEARD|T_LOCKED)&0xff
     .if HAS_HALTS
-    IF_NONE TRACING, T_ON, .Lsession_25
+    IF_NONE TRACING, T_ON, .Lsession_28
     BITS_ON TRACING, T_FULL
     .endif
-.Lsession_25:
+.Lsession_28:
     END
     /* for an observer of the chip */
     .global run_begun
@@ -241,13 +246,13 @@ run_ended:
     .endif
     F clear OPEN
     F clear RUNNING
-    CASE_NOT 3, .Lsession_35
+    CASE_NOT 3, .Lsession_38
     LET RUN, 4
     CALL fault_log
-    GOTO .Lsession_36
-.Lsession_35:
+    GOTO .Lsession_39
+.Lsession_38:
     LET VM_FAULT, 0
-.Lsession_36:
+.Lsession_39:
     GET VM_FAULT
     EVENT TRACE_END
     F clear EFFECT

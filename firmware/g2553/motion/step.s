@@ -146,6 +146,8 @@ step_switch:
     cmp &V2+2, &START2+2
     jhs step_ends
     mov.b #TRIPPED, &WATCH
+    /* F14 is an emergency stop's, too: the run in which it was this */
+    mov.b &RUNS, &MISSED+1
     .else
     jc step_schedule
     clr SLOT0+EVENTS(r15)

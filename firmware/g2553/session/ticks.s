@@ -21,7 +21,7 @@ ticks:
     /* as many behind that it is served more than 2 ms late */
     cmp #3, r12
     jl 1f
-    inc &MISSED
+    inc.b &MISSED
 1:  call #io_exchange
     call #limits
     mov &BOARD, r10

@@ -362,9 +362,13 @@ impl<C: Chip> Map for Controller<C> {
                     Err(Exception::IllegalValue)
                 }
             }
-            // What somebody has stopped does not go on.
-            JOG_HOLD if value == JOG_GOES_ON && self.command.hold == 0 => Err(Exception::Busy),
             JOG_HOLD => {
+                // What has been stopped does not go on, and nothing moves that a bound would end.
+                if value == JOG_GOES_ON && self.command.hold == 0
+                    || value != 0 && self.motor.moving() == 0
+                {
+                    return Err(Exception::Busy);
+                }
                 self.command.hold = if value == 0 { 0 } else { JOG_HOLD_MS };
                 Ok(())
             }
@@ -423,6 +427,7 @@ impl<C: Chip> Map for Controller<C> {
                 if value & !self.all_outputs() != 0 {
                     return Err(Exception::IllegalValue);
                 }
+                self.motor.actions.take_over(0xFFFF);
                 self.io.outputs = value;
                 Ok(())
             }
@@ -486,7 +491,7 @@ impl<C: Chip> Map for Controller<C> {
     }
 
     fn write_bit(&mut self, address: u16, on: bool) -> Result<(), Exception> {
-        if self.set_output(address + 1, on) { Ok(()) } else { Err(Exception::IllegalAddress) }
+        if self.command_output(address + 1, on) { Ok(()) } else { Err(Exception::IllegalAddress) }
     }
 
     fn written(&mut self, address: u16) -> Result<(), Exception> {

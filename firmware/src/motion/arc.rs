@@ -454,10 +454,43 @@ impl Walk {
     }
 }
 
-/// Carries of an accumulator that begins at `acc` in its upper half, over `events` increments, fewer than 65536:
-/// `(acc * 2^16 + inc * events) / 2^32` in 32-bit products.
+/// Carries of an accumulator that begins at `acc` in its upper half, over `events` increments, fewer than 2^24:
+/// `(acc * 2^16 + inc * events) / 2^32` in 32-bit products. A helix may have more than 65535 events in one chord.
 fn carries(acc: u16, inc: u32, events: u32) -> u32 {
-    let low = (inc & 0xFFFF) * events;
-    let high = (inc >> 16) * events + (low >> 16);
-    (high + u32::from(acc)) >> 16
+    let (inc_high, inc_low) = (inc >> 16, inc & 0xFFFF);
+    let (high, low) = (events >> 16, events & 0xFFFF);
+    // At most 65535 * 65535 + 2 * 65535.
+    let sum = inc_high * low + (inc_low * low >> 16) + u32::from(acc);
+    if high == 0 {
+        return sum >> 16;
+    }
+    (sum >> 16) + ((sum & 0xFFFF) + inc_low * high >> 16) + inc_high * high
+}
+
+#[cfg(test)]
+mod tests {
+    use super::carries;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn carries_are_those_of_64_bits(acc: u16, inc: u32, events in 0u32..1 << 24) {
+            let exact = (u64::from(acc) << 16) + u64::from(inc) * u64::from(events);
+            prop_assert_eq!(u64::from(carries(acc, inc, events)), exact >> 32);
+        }
+    }
+
+    #[test]
+    fn carries_at_the_edges() {
+        for events in [0, 1, 65_535, 65_536, 65_537, (1 << 24) - 1] {
+            for (acc, inc) in [(0, 0), (0xFFFF, u32::MAX), (0xFFFF, 0xFFFF), (1, u32::MAX - 1)] {
+                let exact = (u64::from(acc) << 16) + u64::from(inc) * u64::from(events);
+                assert_eq!(
+                    u64::from(carries(acc, inc, events)),
+                    exact >> 32,
+                    "{acc} {inc} {events}"
+                );
+            }
+        }
+    }
 }

@@ -192,10 +192,10 @@ pub fn set_out(m: &mut impl Effects) -> Progress {
 /// An output takes the level, traced.
 ///
 /// # Errors
-/// F20 beyond those there are.
+/// F20 beyond those there are, and for the enable and the lamp: they are the controller's.
 pub fn output(m: &mut impl Effects, n: u8) -> Result<(), Fault> {
     m.set_number(n);
-    if !m.drive(n) {
+    if m.enable() == m.number() || m.lamp() == m.number() || !m.drive(m.number()) {
         return Err(Fault::ValueRange);
     }
     m.tell(TraceKind::Out, i32::from(m.level() & 1));
@@ -235,11 +235,7 @@ pub fn set_port(m: &mut impl Effects, first: bool) -> Progress {
         if m.number() >= 9 {
             return DONE;
         }
-        // Not the script's: the enable and the lamp.
-        if m.enable() == m.number() || m.lamp() == m.number() {
-            continue;
-        }
-        // One that the wiring lacks is left out.
+        // One that the wiring lacks is left out, and one that is the controller's.
         let _ = output(m, m.number());
         // They change together, unless a host that traces must hear of each first.
         if m.tells() {

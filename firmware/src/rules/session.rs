@@ -96,7 +96,9 @@ pub fn pause(m: &mut impl Runs) {
     if m.executes() {
         m.set_state(STOPPING);
         m.brake_to_pause();
+        return;
     }
+    end_commands(m);
 }
 
 /// Ends the run on a ramp.
@@ -104,7 +106,18 @@ pub fn pause(m: &mut impl Runs) {
 pub fn stop(m: &mut impl Runs) {
     if m.is_active() {
         finish(m, STOPPED);
+    } else {
+        end_commands(m);
     }
+}
+
+/// Without a run, what commands move comes to rest on its ramp.
+fn end_commands(m: &mut impl Runs) {
+    if m.is_active() {
+        return;
+    }
+    m.give_up();
+    m.brake_all();
 }
 
 /// Ends the active run as an [`End`] says.

@@ -49,6 +49,7 @@ impl Runs for Bench {
     fn brake_all(&mut self) {
         self.order = Order::Finish;
     }
+    fn give_up(&mut self) {}
     fn halt(&mut self) {}
     fn unwatch(&mut self) {}
     fn forget_homes(&mut self) {}

@@ -18,6 +18,8 @@ use crate::rig::T_FULL;
 type Place = [f64; 3];
 /// Vector of Timer1_A CCR0.
 const STEP: u16 = 0xFFFA;
+/// [`wire::MISSED_DEADLINES`] as a request has it.
+const MISSED: [u8; 2] = wire::MISSED_DEADLINES.to_be_bytes();
 /// F3000.
 const FEED: f64 = 50_000.0;
 
@@ -415,6 +417,19 @@ fn a_line_that_comes_too_late_is_a_fault_and_never_silent() {
     ended(&mover, End::Fault, Some(Fault::EmergencyStop));
     assert_eq!((mover.byte("HOMED"), mover.byte("FAULT_IN")), (0, 0));
     in_order(&mover.steps, &lines, false);
+    // A host tells it from an emergency stop by the run that it was in.
+    assert_eq!(mover.answer(&[1, 3, MISSED[0], MISSED[1], 0, 1])[3], 1);
+}
+
+#[test]
+fn an_emergency_stop_is_no_line_that_came_too_late() {
+    let mill = mill();
+    let (mut mover, lines) = board(&mill, &circle(150, 10.0, 2.0));
+    mover.home();
+    mover.start();
+    mover.run_us(60_000);
+    stopped_at_once(&mut mover, &lines);
+    assert_eq!(mover.answer(&[1, 3, MISSED[0], MISSED[1], 0, 1])[3], 0);
 }
 
 #[test]

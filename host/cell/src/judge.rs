@@ -6,7 +6,7 @@ use super::kernel::Cell;
 use super::list;
 use super::log::What;
 use super::scene::Expect;
-use super::things::{Thing, Where};
+use super::things::{self, Thing, Where};
 
 /// What the machine says of a run at its end.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -202,10 +202,20 @@ impl Judge<'_> {
         let parts: Vec<&Thing> =
             self.of().into_iter().filter(|thing| thing.home != Where::Gone).collect();
         let there = parts.iter().filter(|thing| lies(thing)).count();
+        // Two at once: what came with a part is one too many wherever parts are counted.
+        let too_many: Vec<String> = self
+            .things()
+            .filter(|thing| thing.name.ends_with(things::TWIN) && lies(thing))
+            .map(|thing| thing.name.clone())
+            .collect();
         let wanted = self.count().unwrap_or(parts.len());
-        let missing =
-            parts.iter().filter(|thing| !lies(thing)).map(|thing| thing.name.clone()).collect();
-        (wanted.to_string(), there.to_string(), there == wanted, missing)
+        let missing = parts.iter().filter(|thing| !lies(thing)).map(|thing| thing.name.clone());
+        let holds = there == wanted && too_many.is_empty();
+        let was = match too_many.as_slice() {
+            [] => there.to_string(),
+            twins => format!("{there}, and {}", twins.join(", ")),
+        };
+        (wanted.to_string(), was, holds, missing.chain(too_many).collect())
     }
 
     fn no_drop(&self) -> (String, String, bool, Vec<String>) {

@@ -8,6 +8,7 @@ mod belt;
 mod faults;
 mod gripper;
 mod regions;
+mod shake;
 mod state;
 mod steps;
 mod supply;
@@ -41,10 +42,14 @@ pub enum Action {
     Pause(bool),
     /// The safety door is open.
     Door(bool),
+    /// Who has closed the safety door presses Start.
+    Resume(bool),
     /// A panel writes a register of an AT variable.
     Register(u32, i32),
     /// The motor of an axis (X: 0) loses its next steps.
     Stall(usize, i32),
+    /// The host's client ends: nothing comes over the link any more.
+    Gone,
 }
 
 /// The machine's frame.
@@ -285,7 +290,8 @@ impl Cell {
             self.next = self.next_change(law, now);
         }
         let timer = self.timers.iter().map(|timer| timer.0).min();
-        [self.next, timer, self.tool.due(), self.next_belt, self.next_look]
+        let shakes = self.tool.shake.due();
+        [self.next, timer, self.tool.due(), shakes, self.next_belt, self.next_look]
             .into_iter()
             .flatten()
             .min()
@@ -336,6 +342,7 @@ impl Cell {
     pub fn advance(&mut self, law: &dyn Law, now: u64) -> Vec<Action> {
         let at = law.at(now);
         self.work(&at, now);
+        self.shaken(&at, now);
         if law.until().is_none() {
             self.tilt_here(&at);
         }

@@ -2,6 +2,9 @@
 
 use super::scene::{Block, Form, Scene, V3};
 
+/// What the name of a second part ends in that came with a part by the fault `double`.
+pub const TWIN: &str = ".double";
+
 /// Where a thing is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Where {

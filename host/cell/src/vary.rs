@@ -90,7 +90,8 @@ pub fn draw(scene: &Scene, seed: u64) -> Vec<Deviation> {
             }
             Vary::Fault { fault, of, chance, up_to_us, steps, within_us } => {
                 // Parts of a feeder are struck one by one; a feeder that is slow is one.
-                let parts = matches!(fault.as_str(), "missing" | "stuck" | "lost" | "turned");
+                let parts =
+                    matches!(fault.as_str(), "missing" | "stuck" | "lost" | "double" | "turned");
                 let things = match of {
                     Some(of) if parts => things_of(scene, of),
                     of => vec![of.clone().unwrap_or_default()],

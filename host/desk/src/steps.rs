@@ -68,7 +68,11 @@ impl Play<'_> {
         let Plant { limits, .. } = *self.plant;
         let end = self.plant.due().map_or(end, |due| end.min(due / state.unit));
         let Some(last) = end.checked_sub(pulse) else { return false };
-        if self.plant.is_observed() || pulse * state.unit < limits.pulse {
+        let until = last << 16 | 0xFFFF;
+        if !self.engine.may_rush(until)
+            || self.plant.is_observed()
+            || pulse * state.unit < limits.pulse
+        {
             return false;
         }
         let guard = state.guard.get();
@@ -80,7 +84,7 @@ impl Play<'_> {
         }
         let least = (pulse + 1 + limits.low.div_ceil(state.unit)) << 16;
         let room = self.plant.free_steps();
-        match self.engine.rush(last << 16 | 0xFFFF, room, least) {
+        match self.engine.rush(until, room, least) {
             Some(steps) => self.plant.travel(steps),
             None => return false,
         }

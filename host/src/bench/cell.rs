@@ -7,7 +7,6 @@ use lang::hir::Program;
 
 use super::code::program;
 use super::{Sink, at_least, at_most};
-use crate::board::F5529;
 use crate::scene::proof::{self, Case, Plan};
 use crate::scene::{self, Scene};
 use crate::sim::Options;
@@ -110,7 +109,7 @@ fn timed(
 ) -> Result<(f64, f64), String> {
     let world = World::unattended();
     let options = Options { record: false, judged: false, ..Options::default() };
-    let case = Case { program, compiled, build: &F5529, world: &world, scene, options: &options };
+    let case = Case { program, compiled, world: &world, scene, options: &options };
     let one = case.run(&[]).map_err(|error| error.to_string())?;
     let plan = Plan { runs, seed: 1, jobs: 2, shard: (0, 1), within: None, until_fails: false };
     let began = Instant::now();

@@ -326,3 +326,91 @@ fn prepare<B: Hardware>(
 pub(super) fn halves(value: i32) -> [u16; 2] {
     [value as u16, (value >> 16) as u16]
 }
+
+#[cfg(test)]
+mod tests {
+    use lang::back::{Courses, compile_with, disasm};
+    use lang::fault::{Fault, LATE_LINE};
+    use lang::image::Image;
+    use lang::image::course::{Entry, record};
+    use lang::wire::Control;
+
+    use super::*;
+    use crate::board::{DEFAULT, G2553};
+    use crate::torture::generate::Case;
+    use crate::torture::programs::{Made, make};
+
+    fn made(script: String) -> Made {
+        make(Case { script, world: String::new(), independent: false }).expect("it compiles")
+    }
+
+    /// Runs an image; `over` is done to the board where its run has ended. What it gives, and what a status says then and what
+    /// behind another emergency stop by the link.
+    fn run_with(
+        build: &Build,
+        made: &Made,
+        image: &[u8],
+        over: impl Fn(&mut emulator::Board),
+    ) -> (BoardRun, [Option<&'static str>; 2]) {
+        let (world, options) = (World::unattended(), Options::default());
+        let job = Job {
+            build,
+            program: &made.program,
+            image,
+            line_of: &|_| 1,
+            name: "",
+            others: &[],
+            world: &world,
+            options: &options,
+        };
+        let firmware = build.image().expect("the shipped image");
+        let registers = Registers::on_board(job.program);
+        let rig = Rig::new(build, &firmware, &made.program.profile, &world, &registers);
+        let rig = Rc::new(RefCell::new(rig.expect("a board")));
+        let mut client = Client::new(InProcess::new(Rc::clone(&rig)), 1);
+        client.find().expect("it answers");
+        prepare(&mut client, &rig, &job).expect("it is brought");
+        let sinks = Sinks { trace: &mut |_| {}, vcd: None, progress: &mut |_| {} };
+        let mut run = Run::new(&job, sinks, Rc::clone(&rig), client).expect("a run");
+        run.start().expect("it begins");
+        let end = run.follow().expect("it ends");
+        over(rig.borrow_mut().board());
+        let ran = run.finish(end).expect("it rests");
+        let mut client = Client::new(InProcess::new(Rc::clone(&rig)), 1);
+        client.find().expect("it answers");
+        let said = client.status().expect("a status").text;
+        client.control(Control::Acknowledge).expect("taken");
+        client.control(Control::Start).expect("taken");
+        client.control(Control::EmergencyStop).expect("taken");
+        (ran, [said, client.status().expect("a status").text])
+    }
+
+    #[test]
+    fn late_steps_of_a_run_are_in_its_health() {
+        let made = made("MoveAxe X, 1mm\n".to_owned());
+        for late in [0, 2] {
+            let (ran, [_, stopped]) = run_with(DEFAULT, &made, &made.compiled.image, |board| {
+                let step = board.symbol("PASAPAS_STEP").expect("a name");
+                board.poke16(step + 18, late);
+            });
+            assert_eq!(ran.health.late_events, late);
+            assert_eq!(stopped, Some(Fault::EmergencyStop.text()));
+        }
+    }
+
+    /// Lines that end at a speed for which the chip has no time to plan the next one: no host makes such slow points.
+    #[test]
+    fn a_line_that_comes_too_late_is_said_to_and_an_emergency_stop_is_none() {
+        let mut made = made(format!("F3000\nG91\n{}", "G1 X0.05 Y0.03 Z-0.02\n".repeat(100)));
+        let insns = disasm::instructions(&Image::new(&made.compiled.image).expect("an image"));
+        let first = insns.iter().find(|insn| insn.text.starts_with("line")).expect("a line").pc;
+        let fast = Entry { lines: 100, holds: true, bound: 0x9FFF, joins: 0 };
+        let courses =
+            Courses { pool: G2553.part.course_pool, records: vec![(first, record(&[fast]))] };
+        made.compiled = compile_with(&made.program, &courses).expect("it fits");
+        let (ran, said) = run_with(&G2553, &made, &made.compiled.image, |_| {});
+        assert_eq!(ran.outcome.end.fault, Some(Fault::EmergencyStop));
+        assert!(ran.outcome.late_line);
+        assert_eq!(said, [Some(LATE_LINE[0]), Some(Fault::EmergencyStop.text())]);
+    }
+}

@@ -198,6 +198,7 @@ impl Hardware for NativeBoard {
             stack_free: identity.stack_free,
             stack_left: None,
             missed_deadlines: identity.missed_deadlines,
+            late_events: 0,
             warnings: Vec::new(),
             violations: self.plant().violation_count,
         }

@@ -19,6 +19,8 @@ pub struct Health {
     pub stack_left: Option<u16>,
     /// Milliseconds that the board served late, as it says.
     pub missed_deadlines: u16,
+    /// Step events that came late in the run, as it says.
+    pub late_events: u16,
     /// Broken rules of the chip.
     pub warnings: Vec<String>,
     /// Step pulses that broke a limit of the drivers.
@@ -32,6 +34,7 @@ impl Health {
             stack_free: identity.stack_free,
             stack_left: stack_left(board),
             missed_deadlines: identity.missed_deadlines,
+            late_events: 0,
             warnings: board.warnings().iter().map(ToString::to_string).collect(),
             violations: board.plant().violation_count,
         }

@@ -10,11 +10,12 @@ use std::time::Duration;
 use emulator::VcdWriter;
 use firmware::motion::physics::Count;
 use lang::axis::Axis;
-use lang::fault::Fault;
+use lang::fault::{Fault, LATE_LINE};
 use lang::wire::{self, Control, RunState};
 
 use super::engine::{BoardError, BoardRun, Job, Other, Sinks, halves};
 use super::hardware::Hardware;
+use super::health::Health;
 use super::judge::Judge;
 use super::link::InProcess;
 use super::path::PathRecorder;
@@ -384,8 +385,10 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
             return Err(BoardError::Board("the trace has no end".to_owned()));
         };
         let identity = self.client.identity()?;
+        let late_events = self.client.late_events()?;
+        let late_line = status == Status::Fault && self.client.status()?.text == Some(LATE_LINE[0]);
         let mut rig = self.rig.borrow_mut();
-        let health = rig.board().health(&identity);
+        let health = Health { late_events, ..rig.board().health(&identity) };
         let mut failures = rig.failures(&pos);
         failures.extend(self.within.strayed());
         for axis in Axis::ALL {
@@ -458,6 +461,7 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
             unattended,
             program: place,
             onward: None,
+            late_line,
             cell,
         };
         Ok(BoardRun { outcome, remarks, health, judged })

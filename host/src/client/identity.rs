@@ -40,6 +40,21 @@ pub struct Identity {
     pub missed_deadlines: u16,
 }
 
+/// The part whose firmware has these features; of several the last one, which is sold.
+pub fn part_of(features: u16) -> &'static Part {
+    PARTS.iter().rev().find(|part| part.features == features).unwrap_or(&G2553)
+}
+
+/// What `count` late step events mean, a clause; nothing of none.
+pub fn late_clause(count: u16) -> Option<String> {
+    let events = match count {
+        0 => return None,
+        1 => "1 step event",
+        _ => &format!("{count} step events"),
+    };
+    Some(format!("{events} came some us late; no step was lost, and no pulse shortened"))
+}
+
 impl<L: Link> Client<L> {
     /// Asks who the board is.
     ///
@@ -49,6 +64,8 @@ impl<L: Link> Client<L> {
         let words = self.holding(wire::OWN, wire::MISSED_DEADLINES - wire::OWN + 1)?;
         let at = |register: u16| words[usize::from(register - wire::OWN)];
         let firmware = at(wire::FIRMWARE_VERSION);
+        // Beside it a part that takes slow points tells of lines that came too late.
+        let whole = part_of(at(wire::FEATURES)).course_pool == 0;
         Ok(Identity {
             wire_version: at(wire::VERSION),
             firmware: format!("{}.{}", firmware >> 8, firmware & 0xFF),
@@ -60,7 +77,7 @@ impl<L: Link> Client<L> {
             program_crc: at(wire::PROGRAM_CRC),
             reset_cause: at(wire::RESET_CAUSE),
             stack_free: at(wire::STACK_FREE),
-            missed_deadlines: at(wire::MISSED_DEADLINES),
+            missed_deadlines: at(wire::MISSED_DEADLINES) & if whole { 0xFFFF } else { 0xFF },
         })
     }
 
@@ -70,6 +87,14 @@ impl<L: Link> Client<L> {
     /// See [`ClientError`].
     pub fn late_events(&mut self) -> Result<u16, ClientError> {
         Ok(self.holding(wire::LATE_EVENTS, 1)?[0])
+    }
+
+    /// What there is to say of step events that came late since `before` was read, a clause; nothing of none.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn late_since(&mut self, before: u16) -> Result<Option<String>, ClientError> {
+        Ok(late_clause(self.late_events()?.wrapping_sub(before)))
     }
 
     /// Hardware revision of its chip, 0 of one that does not tell it.
@@ -170,8 +195,7 @@ impl Identity {
 
     /// The part whose firmware has these features; of several the last one, which is sold.
     pub fn part(&self) -> &'static Part {
-        let alike = |part: &&Part| part.features == self.features;
-        PARTS.iter().rev().find(alike).unwrap_or(&G2553)
+        part_of(self.features)
     }
 
     /// Whether this tool can talk to the board; otherwise what differs and what to do.

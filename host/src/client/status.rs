@@ -3,10 +3,11 @@
 use std::time::Duration;
 
 use lang::axis::Axis;
-use lang::fault::Fault;
+use lang::fault::{Fault, LATE_LINE};
 use lang::wire::{self, Control, End, RunState};
 use serde::Serialize;
 
+use super::identity::part_of;
 use super::{Client, ClientError};
 use crate::link::Link;
 use crate::sim::trace::PerAxis;
@@ -25,6 +26,9 @@ pub struct Status {
     /// The fault's text.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub text: Option<&'static str>,
+    /// Where the fault usually comes from, and what to do about it.
+    #[serde(skip)]
+    pub advice: Option<[&'static str; 2]>,
     /// Its line, where the program tells lines.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line: Option<u16>,
@@ -115,6 +119,7 @@ impl StatusWords {
             state: run_state.map_or("unknown", state_name),
             fault: fault.map(|fault| fault.to_string()),
             text: fault.map(Fault::text),
+            advice: fault.map(|fault| [fault.cause(), fault.remedy()]),
             line: some(wire::FAULT_LINE),
             fault_pc: at(wire::FAULT_PC),
             input: some(wire::FAULT_INPUT),
@@ -154,7 +159,24 @@ impl<L: Link> Client<L> {
             inputs: self.inputs(wire::INPUT_BITS, 17)?,
             outputs: self.coils(wire::COILS, 16)?,
         };
-        Ok(words.status())
+        let mut status = words.status();
+        if self.was_late_line(&status)? {
+            let [text, cause, remedy] = LATE_LINE;
+            (status.text, status.advice) = (Some(text), Some([cause, remedy]));
+        }
+        Ok(status)
+    }
+
+    /// Whether F14 was a line of a path that came too late: a part that takes slow points keeps the number of that run.
+    fn was_late_line(&mut self, status: &Status) -> Result<bool, ClientError> {
+        let code = Fault::EmergencyStop.to_string();
+        if status.fault.as_ref() != Some(&code) || status.input.is_some() {
+            return Ok(false);
+        }
+        let words = self.holding(wire::FEATURES, wire::MISSED_DEADLINES - wire::FEATURES + 1)?;
+        let run = words[words.len() - 1] >> 8;
+        let takes = part_of(words[0]).course_pool > 0;
+        Ok(takes && run != 0 && run == status.runs & 0xFF)
     }
 
     /// The run state alone, with the number of runs begun.

@@ -12,6 +12,7 @@ use super::part::Choice;
 use super::script::{self, Script};
 use super::world;
 use crate::board::engine::{self, BoardError, Job, Sinks};
+use crate::client::identity::late_clause;
 use crate::failure::Failure;
 use crate::output::OutputFile;
 use crate::plot::time;
@@ -110,6 +111,9 @@ pub fn run(
     }
     for remark in &run.remarks {
         console.complain(remark);
+    }
+    if let Some(late) = late_clause(run.health.late_events) {
+        console.complain(&format!("the board counts: {late}"));
     }
     Ok(run.outcome)
 }

@@ -3,6 +3,7 @@
 use std::thread::available_parallelism;
 use std::time::Duration;
 
+use ::cell::scene::{Scene, Vary};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -113,7 +114,7 @@ impl Prove {
         let world = world::load(self.world.as_deref(), World::unattended(), console)?;
         let compiled = script::compile_for_device(&script, console)?;
         let part = Choice { part: Some(&crate::board::F5529) };
-        let (compiled, build) = part.fit(&mut script, compiled, console)?;
+        let (compiled, _) = part.fit(&mut script, compiled, console)?;
         interrupt::watch();
         let options = sim::Options {
             record: false,
@@ -124,7 +125,6 @@ impl Prove {
         let case = Case {
             program: &script.program,
             compiled: &compiled,
-            build,
             world: &world,
             scene: &scene,
             options: &options,
@@ -140,6 +140,10 @@ impl Prove {
             console.complain(nominal.report.table().trim_end());
             return Err(Failure::Run);
         }
+        // What has hung is not run for a day, a thousand times.
+        let limit_us = limit_us(nominal.report.end.us, &scene.cell);
+        let options = sim::Options { limit_us, ..options };
+        let case = Case { options: &options, ..case };
         let cores = available_parallelism().map_or(1, usize::from);
         let plan = Plan {
             runs: self.runs,
@@ -177,6 +181,20 @@ impl Prove {
         }
         if proof.holds() { Ok(()) } else { Err(Failure::Run) }
     }
+}
+
+/// Time after which a run has hung, us: an hour and ten times what it takes without a deviation, and all that deviations
+/// may make it wait. The same for every run, whatever its deviations are.
+fn limit_us(nominal: u64, cell: &Scene) -> u64 {
+    let waits = cell.varies.iter().map(|vary| match vary {
+        Vary::Fault { up_to_us, within_us, .. } => {
+            up_to_us.unwrap_or(0).saturating_add(within_us.unwrap_or(0))
+        }
+        Vary::Number { .. } => 0,
+    });
+    let waits = waits.fold(0, u64::saturating_add).saturating_mul(100);
+    let own = nominal.saturating_mul(10).saturating_add(3_600_000_000);
+    own.saturating_add(waits).min(sim::DEFAULT_LIMIT_US)
 }
 
 fn failed(error: BoardError, console: &Console) -> Failure {

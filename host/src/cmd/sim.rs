@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use ::cell::vary::Deviation;
 use clap::{Args, ValueEnum};
-use lang::fault::Fault;
+use lang::fault::{Fault, LATE_LINE};
 use lang::profile::Profile;
 
 use super::console::{Console, Options};
@@ -164,7 +164,7 @@ impl Sim {
         let sink = Box::new(move |event: &Event| sink.borrow_mut().hear(event));
         let mut outcome = self.simulate(&mut script, &others, &world, console, sink)?;
         listener.borrow_mut().finish()?;
-        self.plot(&script, &outcome)?;
+        self.plot(&script, &outcome, console)?;
         // Of another system's program the user sees its own lines, not those of the script.
         if outcome.program == 0 {
             outcome.summary.line = script.line_of_file(outcome.summary.line);
@@ -172,7 +172,7 @@ impl Sim {
         }
         let notes = outcome.unattended.notes(&script.program, |line| script.line_of_file(line));
         let to_stderr = self.trace.as_deref() == Some("-");
-        let whose = (self.name(&world), &self.part.or_default().part);
+        let whose = (self.engine.name(), &self.part.or_default().part);
         summary::write(&self.file, whose, &script.program, &outcome, &notes, to_stderr, console)?;
         if let Some(report) = &outcome.cell {
             self.cell_output.write(&self.file, report, to_stderr, console)?;
@@ -180,15 +180,6 @@ impl Sim {
         let rests = listener.borrow().rests;
         let file = others.file(outcome.program).unwrap_or(&self.file);
         verdict(file, &outcome, &script.program.profile, &rests, console)
-    }
-
-    /// The engine that runs it.
-    fn name(&self, world: &World) -> &'static str {
-        match self.engine {
-            // With a cell around it a script runs on the native machine, whatever translates it without one.
-            Engine::Rhai if world.scene().is_some() => Engine::Vm.name(),
-            engine => engine.name(),
-        }
     }
 
     /// Options that ask for something that only a cell gives.
@@ -250,10 +241,12 @@ impl Sim {
         };
         let part = Choice { part: Some(self.part.or_default()) };
         let engine = match self.engine {
-            // The native machine has pins for a cell to hang on.
-            Engine::Rhai | Engine::Vm if world.scene().is_some() => {
-                let scene = (world, None, true);
-                return board_run::run(script, others, part, scene, &options, sink, console);
+            // The model of the small chip has no pins for a cell to hang on.
+            Engine::Rhai | Engine::Vm
+                if world.scene().is_some() && !self.part.or_default().part.look_ahead =>
+            {
+                let text = "without an emulator a cell stands around the f5529: `--engine board` has other parts";
+                return Err(Failure::Usage(text.to_owned()));
             }
             Engine::Rhai => sim::Engine::Rhai,
             Engine::Vm => sim::Engine::Vm,
@@ -271,14 +264,22 @@ impl Sim {
         })
     }
 
-    fn plot(&self, script: &Script, outcome: &Outcome) -> Result<(), Failure> {
+    fn plot(&self, script: &Script, outcome: &Outcome, console: &Console) -> Result<(), Failure> {
         let Some(path) = &self.plot else { return Ok(()) };
         let Some(form) = Form::of(path) else { return Ok(()) };
         let title = std::path::Path::new(&self.file).file_name();
         let title = title.map_or_else(|| self.file.clone(), |name| name.display().to_string());
         let plot =
             Plot { title: &title, source: script.source.text(), program: &script.program, outcome };
-        output::write(path, plot.render(form))
+        output::write(path, plot.render(form))?;
+        if outcome.record.truncated {
+            let last = outcome.record.path.last().map_or(0, |piece| piece.end_us);
+            console.complain(&format!(
+                "{path}: the picture ends after {}: of a longer run no more is kept; the summary is of all of it",
+                crate::plot::time(last)
+            ));
+        }
+        Ok(())
     }
 }
 
@@ -297,12 +298,14 @@ fn verdict(
         (Status::Stopped, _) => console.complain(&format!("{file}:{line}:1: stopped here")),
         (Status::Fault, None) => console.complain(&format!("{file}:{line}:1: fault")),
         (Status::Fault, Some(fault)) => {
-            console.complain(&format!("{file}:{line}:1: fault {fault}: {}", fault.text()));
-            console.complain(&format!("  {}", fault.cause()));
+            let own = [fault.text(), fault.cause(), fault.remedy()];
+            let [text, cause, remedy] = if outcome.late_line { LATE_LINE } else { own };
+            console.complain(&format!("{file}:{line}:1: fault {fault}: {text}"));
+            console.complain(&format!("  {cause}"));
             if matches!(fault, Fault::SoftLimit | Fault::LimitSwitch) {
                 console.complain(&format!("  machine positions: {}", places(profile, rests)));
             }
-            console.complain(&format!("  hint: {}", fault.remedy()));
+            console.complain(&format!("  hint: {remedy}"));
         }
     }
     for failure in &outcome.failures {

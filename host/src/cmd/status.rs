@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use crate::client::identity::late_clause;
 use crate::client::print::LINE_END;
 use clap::Args;
 use lang::axis::Axis;
@@ -37,6 +38,10 @@ impl Status {
                     serde_json::to_value(&identity).unwrap_or_default(),
                 );
                 object.insert("late_events".to_owned(), late_events.into());
+                if let Some([cause, remedy]) = state.advice {
+                    object.insert("cause".to_owned(), cause.into());
+                    object.insert("remedy".to_owned(), remedy.into());
+                }
             }
             return console.json_line(&line);
         }
@@ -55,20 +60,9 @@ impl Status {
             identity.stack_free,
             identity.missed_deadlines,
             reset_cause(identity.reset_cause),
-            steps(late_events),
+            late_clause(late_events).map_or_else(String::new, |text| format!("steps     {text}\n")),
         );
         console.result(&text)
-    }
-}
-
-/// What there is to say of step events that came late, a line; nothing of none.
-fn steps(late: u16) -> String {
-    match late {
-        0 => String::new(),
-        1 => "steps     1 came some us late; no step was lost, and no pulse shortened\n".to_owned(),
-        _ => format!(
-            "steps     {late} came some us late; no step was lost, and no pulse shortened\n"
-        ),
     }
 }
 
@@ -101,6 +95,9 @@ fn describe(state: &State) -> String {
     }
     if let Some(end) = state.last_end {
         text += &format!(" (last run: {end})");
+    }
+    if let Some([cause, remedy]) = state.advice {
+        text += &format!("\ncause     {cause}\nremedy    {remedy}");
     }
     text += "\nposition ";
     for (axis, place) in Axis::ALL.into_iter().zip(state.pos.values()) {
@@ -216,4 +213,30 @@ fn printed(board: &mut Board, partial: &mut Vec<u8>) -> Result<Vec<String>, Fail
         }
     }
     Ok(lines)
+}
+
+#[cfg(test)]
+mod tests {
+    use lang::fault::Fault;
+    use lang::wire::{FAULT, RUN_STATE, RunState};
+
+    use super::describe;
+    use crate::client::status::StatusWords;
+
+    #[test]
+    fn a_fault_is_told_with_what_may_be_wrong_and_what_to_do() {
+        let mut run = vec![0; usize::from(StatusWords::RUN_LENGTH)];
+        run[0] = RunState::Fault as u16;
+        run[usize::from(FAULT - RUN_STATE)] = Fault::ValueRange as u16;
+        let told = describe(&StatusWords { run, ..StatusWords::default() }.status());
+        for part in [
+            "F20 value out of range",
+            "SetPos or G92 names an axis that is moving",
+            "WaitMove after START",
+        ] {
+            assert!(told.contains(part), "{told}");
+        }
+        let told = describe(&StatusWords::default().status());
+        assert!(!told.contains("cause"), "{told}");
+    }
 }

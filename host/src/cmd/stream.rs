@@ -25,6 +25,7 @@ use super::console::{Console, Options};
 use super::port::{Board, Port};
 use super::script::{self, Script};
 use super::upload::compare;
+use crate::client::identity::Identity;
 use crate::client::stream::Slots;
 use crate::failure::Failure;
 use crate::render::Note;
@@ -94,6 +95,26 @@ impl Stream {
         if arcs::are_missing(&compiled, identity.features) {
             compiled = arcs::without(&mut script, &compiled, "this board", console)?;
         }
+        let before = board.late_events()?;
+        let result = self.run_on(&mut board, script, compiled, &identity, console);
+        // A board that has not answered is not asked again.
+        if matches!(result, Ok(()) | Err(Failure::Run))
+            && let Some(late) = board.late_since(before)?
+        {
+            console.complain(&format!("{}: {late}", self.file));
+        }
+        result
+    }
+
+    /// Runs a job on a board of its profile.
+    fn run_on(
+        &self,
+        board: &mut Board,
+        script: Script,
+        mut compiled: Compiled,
+        identity: &Identity,
+        console: &Console,
+    ) -> Result<(), Failure> {
         // What is told and asked for are lines of the file, also of another system's.
         for mark in &mut compiled.sidecar.marks {
             mark.line = script.line_of_file(mark.line);
@@ -112,7 +133,7 @@ impl Stream {
                      it): the job is stored piece by piece and motion stands between the pieces",
                 );
             }
-            return self.run_stored(&mut board, script, &compiled, &identity, console);
+            return self.run_stored(board, script, &compiled, identity, console);
         };
         stored::startable(&board.status()?)?;
         let fits = self.from_line == 1
@@ -121,13 +142,13 @@ impl Stream {
         let feed = match Feed::new(&compiled) {
             Ok(feed) if fits && !feed.keeps().is_empty() => {
                 console.complain("KEEP values belong to a stored program; it fits and is stored");
-                return self.run_stored(&mut board, script, &compiled, &identity, console);
+                return self.run_stored(board, script, &compiled, identity, console);
             }
             Ok(feed) if fits && feed.has_events() => {
                 console.complain(
                     "a stored program serves ON IN and ON EVERY within 2 ms; it fits and is stored",
                 );
-                return self.run_stored(&mut board, script, &compiled, &identity, console);
+                return self.run_stored(board, script, &compiled, identity, console);
             }
             Ok(feed) => feed,
             Err(refused) => return Err(self.refuse(refused, console)),
@@ -146,7 +167,7 @@ impl Stream {
             let note = Note::error(&self.file, "B010", text).at((line, 1));
             console.note(&note.warning())?;
         }
-        self.feed(&mut board, &script, &compiled, feed, slots, console)
+        self.feed(board, &script, &compiled, feed, slots, console)
     }
 
     fn refuse(&self, refused: Refused, console: &Console) -> Failure {

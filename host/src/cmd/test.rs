@@ -28,6 +28,9 @@ pub struct Test {
     /// Who runs them
     #[arg(long, value_enum, default_value_t = Engine::Vm)]
     engine: Engine,
+    /// Stop each run after so much simulated time, e.g. 500ms, 10min, 2h; without it after 24h
+    #[arg(long, value_name = "TIME", value_parser = super::sim::time)]
+    limit: Option<u64>,
     /// Write the results: JSON lines, or JUnit XML for continuous integration
     #[arg(long, value_name = "R.json|R.xml", value_parser = cell::report_file)]
     report: Option<String>,
@@ -36,7 +39,7 @@ pub struct Test {
 /// Engines of `--engine`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Engine {
-    /// Translated to Rhai; with a cell as `vm`
+    /// Translated to Rhai
     Rhai,
     /// The device's own VM on this computer
     Vm,
@@ -174,16 +177,19 @@ impl Test {
         let choice = cell::CellChoice { no_cell: cell.is_none(), cell };
         let scene = choice.find(file, &script, console)?;
         let world = world::load(own_world.as_deref(), World::unattended(), console)?;
-        let in_cell = scene.is_some();
         let world = world.with_scene(scene);
         let events = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
         let sink = events.clone();
         let sink = Box::new(move |event: &Event| sink.borrow_mut().push(event.clone()));
-        let run =
-            sim::Options { interrupted: interrupt::asked, times: false, ..sim::Options::default() };
+        let run = sim::Options {
+            interrupted: interrupt::asked,
+            times: false,
+            limit_us: self.limit.unwrap_or(sim::DEFAULT_LIMIT_US),
+            ..sim::Options::default()
+        };
         let part = Choice { part: Some(crate::board::DEFAULT) };
         let outcome = match self.engine {
-            Engine::Rhai | Engine::Vm if !in_cell => {
+            Engine::Rhai | Engine::Vm => {
                 let engine =
                     if self.engine == Engine::Vm { sim::Engine::Vm } else { sim::Engine::Rhai };
                 sim::run_chain(&others.chain(&script), engine, &world, &run, sink).map_err(
@@ -195,8 +201,8 @@ impl Test {
                     },
                 )?
             }
-            engine => {
-                let around = (&world, None, engine != Engine::Board);
+            Engine::Board => {
+                let around = (&world, None, false);
                 board_run::run(&mut script, &others, part, around, &run, sink, console)?
             }
         };

@@ -98,11 +98,26 @@ impl Trace {
         if session.steps && session.ask("the program is not started yet", None)? == Answer::Quit {
             return Ok(());
         }
+        let before = session.board.late_events()?;
         let result = session.follow();
         // Nobody takes events any more: the program must not wait for that.
         let quiet = board.write(wire::TRACE_MODE, 0);
         let status = result?;
         quiet?;
+        if let Some(late) = board.late_since(before)? {
+            console.complain(&format!("{}: {late}", self.file));
+        }
+        // The trace has the fault's number alone.
+        if status == Status::Fault
+            && let state = board.status()?
+            && let (Some(fault), Some(text)) = (state.fault, state.text)
+        {
+            let [cause, remedy] = state.advice.unwrap_or_default();
+            console.complain(&format!(
+                "{}: fault {fault}: {text}\n  {cause}\n  hint: {remedy}",
+                self.file
+            ));
+        }
         if status == Status::Done { Ok(()) } else { Err(Failure::Run) }
     }
 }

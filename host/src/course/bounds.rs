@@ -8,6 +8,7 @@ use lang::record::MachineRecord;
 
 use super::Pace;
 use super::walk::Line;
+use crate::interrupt;
 
 /// What a square may be too high by where numbers of 24 bits were rounded: this part of it is subtracted.
 const ROUNDING: f64 = 1e-4;
@@ -55,25 +56,29 @@ impl Bounds {
     /// - forward: an end is no faster than the line can become, `end^2 <= end^2 before + 2 a length`, and than its feed. This is
     ///   `best`, what the run will really have, by which lost time is judged.
     ///
-    /// An end no faster than `rest`, the lowest start rate, is a stop: 0.
+    /// An end no faster than `rest`, the lowest start rate, is a stop: 0. All rest when somebody has asked for the end.
     pub fn of(lines: &[Line], program: &Program, pace: &Pace) -> Bounds {
         let machine = MachineRecord::of(&program.profile);
-        let shapes: Vec<Geometry> = lines.iter().map(|line| shape(line, &machine)).collect();
+        let each = lines.iter().take_while(|_| !interrupt::asked());
+        let shapes: Vec<Geometry> = each.map(|line| shape(line, &machine)).collect();
+        if shapes.len() < lines.len() {
+            return Bounds::resting(lines.len());
+        }
         let square = |of: Scaled| number(of).powi(2);
         let rest = shapes.iter().map(|g| number(g.start2())).fold(f64::INFINITY, f64::min);
         let ramped = |g: &Geometry| 2.0 * RAMP * number(g.decel) * number(g.length);
         let ramp: Vec<f64> = shapes.iter().map(ramped).collect();
         // A line is passed no faster than the next one comes in time.
         let passed: Vec<f64> = (0..lines.len())
-            .map(|n| {
-                lines
-                    .get(n + 1)
-                    .map_or(f64::INFINITY, |next| pace.passed(&shapes[n], &lines[n], next).powi(2))
+            .map(|n| match lines.get(n + 1) {
+                Some(_) if interrupt::asked() => 0.0,
+                Some(next) => pace.passed(&shapes[n], &lines[n], next).powi(2),
+                None => f64::INFINITY,
             })
             .collect();
         let count = lines.len();
         let mut most = vec![0.0; count];
-        for n in (0..count.saturating_sub(1)).rev() {
+        for n in (0..count.saturating_sub(1)).rev().take_while(|_| !interrupt::asked()) {
             let (own, next) = (&shapes[n], &shapes[n + 1]);
             let mut bound = square(own.top).min(square(next.top)).min(passed[n]);
             bound = bound.min(number(corner(&machine, own, next)));
@@ -100,6 +105,12 @@ impl Bounds {
         let joined = |line: &Line| line.joined * line.named.count_ones() as u8;
         let joins = (1..=count).map(|n| lines.get(n).map_or(0, joined)).collect();
         Bounds { most, best, ramp, gain, feed, length, joins, rest }
+    }
+
+    /// Those of lines that all rest.
+    fn resting(count: usize) -> Bounds {
+        let [most, best, ramp, gain, feed, length] = [(); 6].map(|()| vec![0.0; count]);
+        Bounds { most, best, ramp, gain, feed, length, joins: vec![0; count], rest: f64::INFINITY }
     }
 
     /// How long lines last whose ends have these squares of speeds, nothing of joined ones, s.

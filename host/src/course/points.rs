@@ -3,6 +3,7 @@
 use lang::image::course::{Entry, MOST};
 
 use super::bounds::Bounds;
+use crate::interrupt;
 
 /// What a byte is worth where there is room, s.
 pub const FINEST: f64 = 1e-6;
@@ -37,7 +38,7 @@ pub fn value(bound: u16) -> f64 {
 
 /// The entries of a course, for each of its lines: in a loop a line after the last entry would begin them anew. Of all lists
 /// that never let a line end too fast this is the one whose bytes, at `worth` s each, and lost time are the least together.
-/// `None` when all of its lines rest.
+/// `None` when all of its lines rest, or when somebody has asked for the end.
 ///
 /// Dynamic programming from the last line to the first. `least[n]` is the least cost of the lines from n on; it is that of
 /// one entry for the lines n to n + k, tried for each k, plus `least[n + k + 1]`, which is known. Following the first
@@ -50,6 +51,9 @@ pub fn entries(bounds: &Bounds, worth: f64) -> Option<Vec<Entry>> {
     // From each line on the least cost, and the entry to begin with.
     let mut least = vec![(0.0, None); count + 1];
     for n in (0..count).rev() {
+        if interrupt::asked() {
+            return None;
+        }
         let before = n.checked_sub(1).map_or(0, |n| bounds.joins[n]);
         let bytes = BYTES + if bounds.joins[n] == before { 0.0 } else { JOIN_BYTES };
         let mut best = (f64::INFINITY, None);

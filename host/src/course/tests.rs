@@ -1,5 +1,7 @@
 //! Slow points of scripts: which there are, and that they are never too fast.
 
+use std::process::Command;
+
 use firmware::motion::scaled::Scaled;
 use lang::back::{self, Compiled, Courses};
 use lang::front::source::Source;
@@ -205,6 +207,32 @@ fn a_line_outside_of_the_travel_ends_the_course_before_it() {
     let lines = walk::walk(&program, &compiled).expect("an image").courses;
     // Whoever has passed there is not homed.
     assert_eq!(lines.iter().map(Vec::len).collect::<Vec<_>>(), [2, 2]);
+}
+
+/// Ctrl-C is of the whole process, so a process of its own is asked.
+#[test]
+fn ctrl_c_ends_the_search_for_slow_points() {
+    let name = "course::tests::lines_rest_once_the_end_is_asked_for";
+    let own = std::env::current_exe().expect("this test");
+    let output = Command::new(own).args(["--exact", name, "--ignored"]).output();
+    let output = output.expect("it runs");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && said.contains("1 passed"), "{said}");
+}
+
+#[test]
+#[ignore = "asks for the end of its process"]
+fn lines_rest_once_the_end_is_asked_for() {
+    let (program, compiled) =
+        program("G90\nG0 X0 Y0\nG91\nF3000\nREPEAT 100\nG1 X1\nG1 X1 Y0.05\nEND REPEAT\n");
+    let pace = Pace::of(&PART, program.profile.pulse_us).expect("one");
+    let lines = walk::walk(&program, &compiled).expect("an image").courses.remove(0);
+    let before = Bounds::of(&lines, &program, &pace);
+    assert!(points::entries(&before, points::FINEST).is_some());
+    crate::interrupt::ask();
+    assert_eq!(points::entries(&before, points::FINEST), None);
+    let behind = Bounds::of(&lines, &program, &pace);
+    assert_eq!((behind.most.len(), behind.most.iter().sum::<f64>()), (lines.len(), 0.0));
 }
 
 #[test]

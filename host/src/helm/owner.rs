@@ -435,6 +435,8 @@ fn advance(board: &mut Board, hold: &Hold, holding: &mut Holding) -> Result<(), 
             // one that came between the look and the order.
             let time = if goes_on { wire::JOG_GOES_ON } else { 1 };
             match board.once(|board| board.write_all(wire::JOG_HOLD, &[time])) {
+                // Of a first order that is so short that it has arrived already there is nothing to hold.
+                Err(error) if error.is_exception(Exception::Busy) && !goes_on => Ok(()),
                 Err(error) if error.is_exception(Exception::Busy) => Err(STOPPED.to_owned()),
                 Err(error) if !error.is_exception(Exception::IllegalAddress) => Err(words(error)),
                 _ => Ok(()),

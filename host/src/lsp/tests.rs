@@ -87,6 +87,24 @@ impl Editor {
 }
 
 #[test]
+fn what_comes_between_shutdown_and_exit_is_no_broken_connection() {
+    let mut editor = Editor::new();
+    editor.open("Wait 5ms\n");
+    assert_eq!(editor.ask("shutdown", Value::Null), Value::Null);
+    editor.tell("textDocument/didClose", json!({ "textDocument": { "uri": URI } }));
+    editor.tell("$/setTrace", json!({ "value": "off" }));
+    assert!(editor.response("textDocument/foldingRange", json!({})).response_result.is_err());
+    editor.tell("exit", Value::Null);
+    editor.thread.join().expect("a clean end");
+    // An editor that ends behind its `shutdown`.
+    let mut gone = Editor::new();
+    assert_eq!(gone.ask("shutdown", Value::Null), Value::Null);
+    let Editor { client, thread, .. } = gone;
+    drop(client);
+    thread.join().expect("a clean end");
+}
+
+#[test]
 fn diagnostics_have_places_in_utf16() {
     let editor = Editor::new();
     let shown = editor.open("' \u{1F600}\nPRINT \"\u{1F600}\" : DELAY 5\n");

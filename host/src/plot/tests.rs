@@ -81,6 +81,7 @@ fn outcome() -> Outcome {
         ..Record::default()
     };
     Outcome {
+        late_line: false,
         end: End { status: Status::Done, fault: None, line: 9 },
         summary: Summary {
             status: Status::Done,

@@ -25,6 +25,8 @@ pub enum HostDeed {
     Stall(usize, i32),
     /// Pause the run, or resume it.
     Pause(bool),
+    /// End the client: nothing comes over the link any more, from the world neither.
+    Gone,
 }
 
 /// A cell that runs.
@@ -35,6 +37,8 @@ pub struct Live {
     per_us: u64,
     /// Outputs whose level is low when they are on, output `n` in bit `n - 1`.
     inverted: u32,
+    /// The host's client has ended.
+    client_gone: bool,
     /// Outputs that are on.
     on: u32,
     /// The input of the emergency stop.
@@ -77,6 +81,7 @@ impl Shared {
             zero: None,
             per_us: per_us.max(1),
             inverted,
+            client_gone: false,
             on: 0,
             emergency,
             door,
@@ -203,11 +208,13 @@ impl Live {
             Action::Stop(down) => self.reply.stop = down,
             Action::Emergency(down) => match self.emergency {
                 Some(n) => self.input(tick, n, down),
-                None if down => self.deeds.push(HostDeed::EmergencyStop),
+                None if down && !self.client_gone => self.deeds.push(HostDeed::EmergencyStop),
                 None => {}
             },
             Action::Register(register, value) => {
-                if let Ok(register) = u16::try_from(register) {
+                if let Ok(register) = u16::try_from(register)
+                    && !self.client_gone
+                {
                     self.deeds.push(HostDeed::Register(register, value));
                 }
             }
@@ -216,6 +223,12 @@ impl Live {
                 if let Some(n) = self.door {
                     self.input(tick, n, open);
                 }
+            }
+            // Without a door nothing has stopped that would go on.
+            Action::Resume(down) => self.reply.start = down && self.door.is_some(),
+            Action::Gone => {
+                self.client_gone = true;
+                self.deeds.push(HostDeed::Gone);
             }
             Action::Stall(axis, count) => self.deeds.push(HostDeed::Stall(axis, count)),
         }

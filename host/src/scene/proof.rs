@@ -5,7 +5,9 @@ mod class;
 mod reached;
 pub mod table;
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -17,11 +19,10 @@ use lang::hir::Program;
 pub use self::class::Class;
 use self::class::classify;
 use super::{Report, Scene};
-use crate::board::Build;
-use crate::board::engine::{self, BoardError, Job, Sinks};
+use crate::board::engine::BoardError;
 use crate::sim::trace::Event;
 use crate::sim::world::World;
-use crate::sim::{End, Options};
+use crate::sim::{End, Options, SimError, vm_engine};
 
 /// A script in its cell, ready to run many times.
 pub struct Case<'a> {
@@ -29,8 +30,6 @@ pub struct Case<'a> {
     pub program: &'a Program,
     /// Its image.
     pub compiled: &'a Compiled,
-    /// The firmware that would run it.
-    pub build: &'static Build,
     /// What is around the machine beside the cell.
     pub world: &'a World,
     /// The cell.
@@ -56,37 +55,29 @@ impl Case<'_> {
     /// Runs with these deviations.
     ///
     /// # Errors
-    /// The native machine or the world fails.
+    /// The machine or the world fails, or the user interrupts before it begins.
     pub fn run(&self, deviations: &[Deviation]) -> Result<Ran, BoardError> {
+        if (self.options.interrupted)() {
+            let text = "interrupted before the program started";
+            return Err(BoardError::Board(text.to_owned()));
+        }
         let scene = self.scene.deviating(deviations.to_vec());
         let world = self.world.clone().with_scene(Some(scene));
-        let sidecar = &self.compiled.sidecar;
-        let line_of = |pc: u16| sidecar.at(usize::from(pc)).map_or(0, |mark| mark.line);
-        let job = Job {
-            build: self.build,
-            program: self.program,
-            image: &self.compiled.image,
-            line_of: &line_of,
-            name: "",
-            others: &[],
-            world: &world,
-            options: self.options,
-        };
-        let mut lines = BTreeSet::new();
-        let sinks = Sinks {
-            trace: &mut |event: &Event| {
-                lines.insert(event.what.line());
-            },
-            vcd: None,
-            progress: &mut |_| {},
-        };
-        let run = engine::run_native(&job, sinks)?;
-        let end = run.outcome.end;
-        let stopped = run.outcome.summary.stopped;
+        let lines = Rc::new(RefCell::new(BTreeSet::new()));
+        let told = Rc::clone(&lines);
+        let sink = Box::new(move |event: &Event| {
+            told.borrow_mut().insert(event.what.line());
+        });
+        let outcome = vm_engine::run(self.program, self.compiled, &world, self.options, sink)
+            .map_err(|error| match error {
+                SimError::World(error) => BoardError::World(error),
+                SimError::Engine(text) => BoardError::Board(text),
+            })?;
+        let (end, stopped) = (outcome.end, outcome.summary.stopped);
         let report =
-            run.outcome.cell.ok_or_else(|| BoardError::Board("the run had no cell".to_owned()))?;
+            outcome.cell.ok_or_else(|| BoardError::Board("the run had no cell".to_owned()))?;
         let class = classify(&report, &end, stopped, deviations, &self.scene.cell);
-        Ok(Ran { class, end, report, lines })
+        Ok(Ran { class, end, report, lines: lines.take() })
     }
 }
 

@@ -191,14 +191,15 @@ impl Scene {
                 }
                 Rest::Nothing
             }
-            (Action::EmergencyStop, Some(n)) => set_input(n, true, plant),
-            (Action::EmergencyStop, None) => Rest::EmergencyStop,
-            (Action::Char(c), _) => Rest::Char(c),
-            (Action::Register { register, value }, _) => Rest::Register(register, value),
             (Action::Stall { axis, steps }, _) => {
                 self.stall(axis.index(), steps, plant);
                 Rest::Nothing
             }
+            (Action::EmergencyStop, Some(n)) => set_input(n, true, plant),
+            _ if self.scenario.client_is_gone() => Rest::Nothing,
+            (Action::EmergencyStop, None) => Rest::EmergencyStop,
+            (Action::Char(c), _) => Rest::Char(c),
+            (Action::Register { register, value }, _) => Rest::Register(register, value),
         }
     }
 }

@@ -297,6 +297,16 @@ impl Scenario {
         self.plan.borrow_mut().registers.set(register.into(), value).ok();
     }
 
+    /// The host's client ends: what only that can do has no effect from now on.
+    pub fn end_client(&mut self) {
+        self.plan.borrow_mut().client_gone = true;
+    }
+
+    /// Whether the host's client has ended.
+    pub fn client_is_gone(&self) -> bool {
+        self.plan.borrow().client_gone
+    }
+
     /// When something happens next, us; `None` when nothing is left.
     pub fn next_us(&self) -> Option<u64> {
         self.plan.borrow().next_us()

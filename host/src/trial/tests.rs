@@ -3,7 +3,8 @@
 use lang::front::ProfileChoice;
 use lang::part::{F5529, G2553};
 
-use super::load;
+use super::{MOST_POINTS, load, path};
+use crate::plot::{Curve, Point, Style};
 
 #[test]
 fn quantities_have_labels_and_ranges() {
@@ -43,4 +44,24 @@ fn arcs_are_drawn_for_firmware_that_has_none() {
     assert_eq!(of(arc).for_part(&F5529).crc, of(arc).crc);
     let open = "G2 X2 I1 F600\n";
     assert!(of(open).for_part(&G2553).lack(&G2553).is_some());
+}
+
+#[test]
+fn a_path_that_is_too_long_for_a_page_is_said_to_be() {
+    let point = Point { us: 1_500_000.0, at: [0.0; 3], rate: 0.0 };
+    let curve = |line, count| Curve {
+        style: Style::Cut,
+        line,
+        points: vec![point.clone(); count],
+        axes: [true, false, false],
+        home: false,
+        arc: false,
+        power: None,
+    };
+    let bytes = |(bytes, note): (Vec<u8>, Option<String>)| (bytes.len(), note);
+    let (fits, note) = bytes(path(1, &[curve(1, 2), curve(2, MOST_POINTS - 2)]));
+    assert_eq!((fits, note), (4 + 20 * MOST_POINTS, None));
+    let (cut, note) = bytes(path(1, &[curve(1, 2), curve(2, MOST_POINTS - 1)]));
+    let note = note.expect("it is said");
+    assert!(cut == 4 + 40 && note.contains("up to 1.5 s, line 2"), "{cut} {note}");
 }

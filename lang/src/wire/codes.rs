@@ -38,9 +38,9 @@ codes! {
     Control {
         /// As the Start button.
         Start = 1,
-        /// End the run on a ramp.
+        /// End the run on a ramp; without one, what commands move comes to rest.
         Stop = 2,
-        /// As the Stop button: ramp down and pause.
+        /// As the Stop button: ramp down and pause; without a run as Stop.
         Pause = 3,
         /// Go on after a pause.
         Resume = 4,

@@ -102,7 +102,7 @@ macro_rules! register_rows {
                 RESET_CAUSE: OWN + 11;
                 /// Bytes of stack never used since reset.
                 STACK_FREE: OWN + 12;
-                /// Milliseconds that were served more than 2 ms late since reset.
+                /// Milliseconds that were served more than 2 ms late since reset. G2553: those are in the low byte, modulo 256; in the high byte is the low byte of [`RUN_COUNT`] in the last run that ended with F14 because a line of a path came too late, 0 for none.
                 MISSED_DEADLINES: OWN + 13;
                 /// Free RAM words of the largest pool, in 16-bit words.
                 POOL_WORDS_REGISTER: OWN + 14;
@@ -154,7 +154,7 @@ macro_rules! register_rows {
                 RUN_CONTROL: OWN + 50;
                 /// 1: trace mode. F5529: write 2 for one in which events are queued.
                 TRACE_MODE: OWN + 51;
-                /// F5529: milliseconds that what commands move still goes on, 0 without a bound. Write 1 for 300 of them, then 2 while a button is held, which is exception 6 when somebody has stopped it meanwhile; 0 takes the bound away, as rest does.
+                /// F5529: milliseconds that what commands move still goes on, 0 without a bound. Write 1 after the command for 300 of them, then 2 while a button is held. 1 is exception 6 while nothing moves, 2 also when the motion has been stopped meanwhile; 0 takes the bound away, as rest does.
                 JOG_HOLD: OWN + 52;
                 /// F5529: number of the program that Start runs, 0 for none. Writing it selects one, over any reset: exception 3 when there is none of that number, 6 while a program runs.
                 SELECTED: OWN + 53;

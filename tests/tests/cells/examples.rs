@@ -1,7 +1,6 @@
 //! The cells of the examples: each script is right in its cell, and none has a line that no variation reaches but what its
 //! page says.
 
-use pasapas::board::F5529;
 use pasapas::scene::proof::{self, Case, Plan};
 use pasapas::sim::Options;
 use pasapas::sim::world::World;
@@ -45,7 +44,6 @@ fn every_example_holds_under_variation() {
         let case = Case {
             program: &program,
             compiled: &compiled,
-            build: &F5529,
             world: &world,
             scene: &scene,
             options: &options,

@@ -230,8 +230,8 @@ fn every_engine_sees_the_same_cell() {
 }
 
 mod beside;
-mod broken;
 mod examples;
+mod faults;
 mod generated;
 mod played;
 mod proofs;

@@ -1,12 +1,13 @@
 //! Proof by variation.
 
 use cell::vary::Deviation;
-use pasapas::board::F5529;
 use pasapas::scene::proof::{self, Case, Class, Plan, Proof};
 use pasapas::sim::Options;
 use pasapas::sim::world::World;
 
-use super::{folder, program, read};
+use super::{
+    DEFAULT, Engine, cell as cell_of, folder, program, read, run_native_traced, run_traced,
+};
 
 const ALL: Plan =
     Plan { runs: 6, seed: 5, jobs: 2, shard: (0, 1), within: None, until_fails: false };
@@ -31,7 +32,6 @@ fn with_script<T>(text: &str, with: impl FnOnce(&Case<'_>) -> T) -> T {
     let case = Case {
         program: &program,
         compiled: &compiled,
-        build: &F5529,
         world: &world,
         scene: &scene,
         options: &options,
@@ -168,4 +168,34 @@ fn faults_are_told_from_tolerances() {
     assert_eq!(class(&["lost tray.1 700ms"]), Class::Wrong);
     assert_eq!(class(&["stall X 300st at 5.3s"]), Class::Wrong);
     assert_eq!(class(&["estop at 3s"]), Class::Handled);
+}
+
+/// A client that has ended writes no AT variable any more, of the cell's people or of a world, on any engine.
+#[test]
+fn who_is_gone_writes_nothing() {
+    let script = "DIM go AT 3000, left AS TIME\nleft = 3s\nWHILE go = 0 AND left > 0s\n  Wait 100ms\n  \
+                  left = left - 100ms\nWEND\nPRINT go\n";
+    let program = program(script);
+    let compiled = lang::back::compile(&program).unwrap();
+    let panel = "person = [{ does = \"at\", at_s = 1, register = 3000, value = 7 }]\n";
+    let hosts = [
+        (panel, World::unattended()),
+        ("", World::parse("w.rhai", "at(1000, || set_at(3000, 7));").unwrap()),
+    ];
+    for (people, world) in hosts {
+        for (at, printed) in [("2s", "7"), ("0.5s", "0")] {
+            let scene = cell_of(&format!("cell = 1\n{people}"), &program);
+            let gone = Deviation::parse(&format!("gone at {at}")).unwrap();
+            let world = world.clone().with_scene(Some(scene.deviating(vec![gone])));
+            let options = Options::default();
+            let on_machine =
+                run_native_traced(DEFAULT, &program, &compiled, &world, &options).unwrap().0;
+            let vm = run_traced(&program, Engine::Vm, &world, &options).unwrap().0;
+            let rhai = run_traced(&program, Engine::Rhai, &world, &options).unwrap().0;
+            for outcome in [on_machine.outcome, vm, rhai] {
+                let report = outcome.cell.expect("a cell");
+                assert_eq!(report.end.printed, [printed], "{people} gone at {at}");
+            }
+        }
+    }
 }

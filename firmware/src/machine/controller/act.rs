@@ -2,7 +2,7 @@
 
 use super::Controller;
 use crate::machine::chip::Chip;
-use crate::motion::actions::{Action, MOST_LEAD, MOST_MS};
+use crate::motion::actions::{Action, MOST_LEAD, MOST_MS, MOST_WAY};
 use lang::fault::Fault;
 use lang::isa::flags;
 use lang::wire::{RunState, TRACE_OK, TraceKind};
@@ -11,7 +11,7 @@ impl<C: Chip> Controller<C> {
     /// SYNC: takes the action, once there is room for another one.
     ///
     /// # Errors
-    /// F20: no such output, a time or a lead beyond its limits; too many that wait for places after the path's end.
+    /// F20: no such output, or one of the controller's; a time or a lead beyond its limits; too many that wait for places after the path's end.
     pub fn sync(&mut self) -> Result<bool, Fault> {
         if !self.motor.actions.has_room() {
             if self.motor.path_rests() {
@@ -32,7 +32,7 @@ impl<C: Chip> Controller<C> {
             action = Action::analog(n as u8, value as u16);
         } else {
             let pulse = bits & flags::SYNC_PULSE != 0;
-            fits = (1..=16).contains(&n) && self.all_outputs() >> ((n - 1) & 15) & 1 != 0;
+            fits = (1..=16).contains(&n) && self.may_switch(n as u8);
             action = Action::new(n as u8, pulse || value != 0);
             if pulse {
                 fits &= (1..=MOST_MS).contains(&value);
@@ -45,6 +45,7 @@ impl<C: Chip> Controller<C> {
             action.lead = lead as i16;
             way = 0;
         }
+        fits &= (-MOST_WAY..=MOST_WAY).contains(&way);
         if !fits {
             return Err(Fault::ValueRange);
         }

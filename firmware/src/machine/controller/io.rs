@@ -99,6 +99,19 @@ impl<C: Chip> Controller<C> {
         }
     }
 
+    /// Whether output `n`, from 1, is there and a program may switch it: enable and lamp are the controller's.
+    pub fn may_switch(&self, n: u8) -> bool {
+        let own = self.record.enable == n || self.record.lamp == n;
+        !own && self.all_outputs() >> (n.wrapping_sub(1) & 15) & 1 != 0
+    }
+
+    /// Sets an output as a program or a host asks, so that no pulse that lasts there switches it off later.
+    #[inline(never)]
+    pub fn command_output(&mut self, n: u16, on: bool) -> bool {
+        self.motor.actions.take_over(1 << (n.wrapping_sub(1) & 15));
+        self.set_output(n, on)
+    }
+
     /// Sets an output, numbered from 1; `false` beyond those there are.
     pub fn set_output(&mut self, n: u16, on: bool) -> bool {
         if n == 0 || n > 16 || self.all_outputs() >> (n - 1) & 1 == 0 {

@@ -2,6 +2,7 @@
 
 use super::Controller;
 use crate::machine::chip::Chip;
+use crate::rules::commands;
 use crate::rules::session::{AT_FAULT, AT_PAUSE, Runs};
 use lang::fault::Fault;
 use lang::wire::{End, TraceKind};
@@ -42,6 +43,11 @@ impl<C: Chip> Runs for Controller<C> {
         self.clock.spin = 0;
         self.motor.stop(0b111);
         self.motor.end_pause();
+    }
+    fn give_up(&mut self) {
+        commands::abandon(self);
+        self.command.jogs = false;
+        self.command.hold = 0;
     }
     fn halt(&mut self) {
         self.darken();

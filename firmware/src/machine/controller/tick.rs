@@ -58,6 +58,8 @@ impl<C: Chip> Controller<C> {
     fn millisecond(&mut self) {
         let before = self.io.inputs.levels();
         let raw = self.exchange();
+        let paused = self.session.is(RunState::Paused);
+        let held = if paused { self.io.resume & !self.io.outputs } else { 0 };
         let crossed = self.io.analog.on;
         self.sample_analog();
         self.limits();
@@ -126,7 +128,7 @@ impl<C: Chip> Controller<C> {
         self.lamp();
         ticks::autorun(self);
         self.program.pulse_tick(&mut self.io);
-        self.motor.actions.tick();
+        self.motor.actions.tick(held);
         if !self.session.is_active() {
             self.program.effect.count_down();
         }

@@ -104,7 +104,7 @@ impl<C: Chip> Effects for Controller<C> {
         (self.io.outputs >> (n - 1)) as u8 & 1
     }
     fn drive(&mut self, n: u8) -> bool {
-        let there = self.set_output(n.into(), self.program.level & 1 != 0);
+        let there = self.command_output(n.into(), self.program.level & 1 != 0);
         if there && self.motor.pwm.is_switched_by(n.into()) {
             self.motor.follows = self.program.follows;
         }

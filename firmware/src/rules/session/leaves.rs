@@ -61,6 +61,9 @@ pub trait Runs {
     /// Everything brakes and what was to follow is forgotten.
     #[cfg_attr(any(), micro(code = "DO motion_stop"))]
     fn brake_all(&mut self);
+    /// A reference run or a probe by command is given up and counts as failed, and no command's motion goes on.
+    #[cfg_attr(any(), micro(code = "DO abandon"))]
+    fn give_up(&mut self);
     /// Steps cease at once.
     #[cfg_attr(any(), micro(code = "DO motion_halt"))]
     fn halt(&mut self);

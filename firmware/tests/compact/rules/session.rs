@@ -127,6 +127,9 @@ impl Runs for Twin {
     fn brake_all(&mut self) {
         self.chip.call("motion_stop", &[]);
     }
+    fn give_up(&mut self) {
+        self.chip.call("abandon", &[]);
+    }
     fn halt(&mut self) {
         self.chip.call("motion_halt", &[]);
     }

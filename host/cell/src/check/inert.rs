@@ -3,8 +3,8 @@
 use super::super::problem::Problem;
 use super::super::scene::{Drive, Eye, Scene, ToolKind, Vary};
 
-/// Faults that are read and strike nobody yet.
-const FAULTS: [&str; 3] = ["double", "power", "gone"];
+/// A fault that is read and strikes nobody yet.
+const FAULT: &str = "power";
 
 /// A warning C016 for everything in a scene that has no effect. `text` is the file.
 #[must_use]
@@ -17,22 +17,13 @@ pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
     };
     for tool in &scene.tools {
         let name = &tool.name;
-        match &tool.kind {
-            ToolKind::Vacuum(vacuum) if vacuum.hold_n.is_some() => tell(
-                name,
-                format!(
-                    "`hold_n` of tool \"{name}\" has no effect yet: no part is lost by acceleration"
-                ),
-            ),
-            ToolKind::Drill { flute, plunge_mm_s, .. } => {
-                if flute.is_some() {
-                    tell(name, format!("`flute` of tool \"{name}\" has no effect yet"));
-                }
-                if plunge_mm_s.is_some() {
-                    tell(name, format!("`plunge_max_mm_min` of tool \"{name}\" has no effect yet"));
-                }
+        if let ToolKind::Drill { flute, plunge_mm_s, .. } = &tool.kind {
+            if flute.is_some() {
+                tell(name, format!("`flute` of tool \"{name}\" has no effect yet"));
             }
-            _ => {}
+            if plunge_mm_s.is_some() {
+                tell(name, format!("`plunge_max_mm_min` of tool \"{name}\" has no effect yet"));
+            }
         }
         if tool.turn.is_some() {
             tell(
@@ -77,7 +68,7 @@ pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
     }
     for vary in &scene.varies {
         if let Vary::Fault { fault, .. } = vary
-            && FAULTS.contains(&fault.as_str())
+            && fault == FAULT
         {
             tell(fault, format!("fault \"{fault}\" strikes nobody yet"));
         }

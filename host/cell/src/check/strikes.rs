@@ -6,7 +6,7 @@ use crate::scene::{Scene, ToolKind};
 use crate::vary::{self, Deviation};
 
 /// Faults that come at a time of the run.
-const TIMED: [&str; 5] = ["pause", "stop", "estop", "door", "stall"];
+const TIMED: [&str; 6] = ["pause", "stop", "estop", "door", "gone", "stall"];
 /// Faults that make something later: by how much must be said.
 const LATER: [&str; 3] = ["slow", "late", "bounce"];
 
@@ -42,7 +42,7 @@ fn targets(scene: &Scene, axes: &str, fault: &str) -> Option<(&'static str, Vec<
     };
     let feeders = || scene.feeders.iter().map(|feeder| feeder.name.clone());
     Some(match fault {
-        "missing" | "stuck" | "lost" | "turned" => {
+        "missing" | "stuck" | "lost" | "double" | "turned" => {
             let parts = scene.parts.iter().filter(|part| part.at.is_some());
             let belts = scene.conveyors.iter().map(|belt| belt.name.clone());
             (

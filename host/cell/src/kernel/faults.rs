@@ -3,13 +3,15 @@
 
 use super::{Action, Cell, Timer};
 use crate::scene::ToolKind;
-use crate::things::Where;
+use crate::things::{self, Where};
 use crate::vary::Deviation;
 
 /// A button is pressed for so long, us.
 const PRESS_US: u64 = 100_000;
 /// Who stops the machine holds Stop for so long, us: pressed for less than 2 s it only pauses.
 const STOP_US: u64 = 2_500_000;
+/// Who has closed the door presses Start so long after it, us.
+const RESUME_US: u64 = 500_000;
 /// A pause lasts so long where the deviation does not say, us.
 const PAUSE_US: u64 = 2_000_000;
 /// A part is lost so long after it was taken where the deviation does not say, us.
@@ -97,6 +99,10 @@ impl Cell {
             ("lost", Some(which)) => {
                 self.struck.lost.insert(which, us.unwrap_or(LOST_US));
             }
+            ("double", Some(which)) => {
+                self.struck.double.insert(which);
+            }
+            ("gone", _) => self.timers.push((at_us, Timer::Act(Action::Gone))),
             ("slow", _) if self.scene.tools.iter().any(|tool| tool.name == *of) => {
                 self.struck.slow_us = us.unwrap_or(0);
             }
@@ -127,9 +133,29 @@ impl Cell {
                 self.timers.push((at_us, Timer::Act(make(true))));
                 let end = at_us + us.unwrap_or(least).max(least);
                 self.timers.push((end, Timer::Act(make(false))));
+                if what == "door" {
+                    let start = end + RESUME_US;
+                    self.timers.push((start, Timer::Act(Action::Resume(true))));
+                    self.timers.push((start + PRESS_US, Timer::Act(Action::Resume(false))));
+                }
             }
             _ => {}
         }
+    }
+
+    /// A thing that was taken brings a second one of its kind, which hangs under it.
+    pub(super) fn doubles(&mut self, which: usize) {
+        let Where::Held(offset) = self.things[which].place else { return };
+        if !self.struck.double.remove(&which) {
+            return;
+        }
+        let thing = &self.things[which];
+        let below = [offset[0], offset[1], offset[2] - thing.form.size[2]];
+        let name = format!("{}{}", thing.name, things::TWIN);
+        let mut twin = things::thing(name, thing.part, None, thing.form, Where::Held(below));
+        twin.home = Where::Gone;
+        self.struck.twins.insert(which, self.things.len());
+        self.things.push(twin);
     }
 
     /// The input that a sensor or a tool drives.

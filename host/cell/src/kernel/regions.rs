@@ -15,8 +15,14 @@ impl Cell {
         let scene = self.scene.clone();
         let mut regions: Vec<(About, Region)> = Vec::new();
         let body = scene.tools.first().map(|tool| tool.body.clone()).unwrap_or_default();
-        let held = self.tool.held();
-        let hanging = held.map(|which| self.things[which].hanging()).unwrap_or_default();
+        let hanging: Vec<Block> = match self.tool.held() {
+            Some(which) => {
+                let under = self.struck.twins.get(&which);
+                let held = std::iter::once(&which).chain(under);
+                held.flat_map(|&which| self.things[which].hanging()).collect()
+            }
+            None => Vec::new(),
+        };
         // A nozzle gives way by `press`, so what hangs on it may be pressed onto what it is put on.
         let press = scene.tools.first().map_or(0.0, |tool| match &tool.kind {
             ToolKind::Vacuum(vacuum) => vacuum.press,

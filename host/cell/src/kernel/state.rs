@@ -1,8 +1,9 @@
 //! What the parts of a running cell remember: its tool, its belts, and the faults that strike later. The files that let
 //! them act are built on the cell; this one is below it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
+use super::shake::Shake;
 use crate::pressure::Pressure;
 use crate::scene::{Conveyor, Drive, Scene, V3};
 use crate::vary::Deviation;
@@ -28,6 +29,8 @@ pub(super) struct ToolState {
     /// Where and when a bead began, and its way so far.
     pub(super) bead: Option<(V3, u64, f64)>,
     pub(super) last: V3,
+    /// What it knows of the head's acceleration.
+    pub(super) shake: Shake,
 }
 
 impl ToolState {
@@ -44,6 +47,7 @@ impl ToolState {
             turns_at: None,
             bead: None,
             last: [0.0; 3],
+            shake: Shake::default(),
         }
     }
 
@@ -105,6 +109,10 @@ impl Belt {
 pub(super) struct Struck {
     /// Things that stick to the tool after it lets go, us.
     pub(super) stuck: BTreeMap<usize, u64>,
+    /// Things under which another one hangs when they are taken, and what hangs under which.
+    pub(super) double: BTreeSet<usize>,
+    /// See `double`.
+    pub(super) twins: BTreeMap<usize, usize>,
     /// Things that fall so long after they were taken, us.
     pub(super) lost: BTreeMap<usize, u64>,
     /// The tool answers its output so much later, us.

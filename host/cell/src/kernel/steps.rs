@@ -15,8 +15,8 @@ impl Cell {
     /// step out of it.
     pub fn quiet_box(&mut self, at: &Steps) -> Region {
         let mut stays = quiet(self.watches.iter().map(|watch| (&watch.region, watch.inside)), at);
-        if self.tool.drills() {
-            // How deep a hole is, and whether the drill stays in it, is known at each step.
+        if self.tool.drills() || self.hold_n().is_some() {
+            // How deep a hole is, whether the drill stays in it, and the acceleration are known at each step.
             stays = narrowed(stays, at, [0; 3]);
         } else if self.tool.is_working() {
             let chord = self.frame.scale.map(|scale| (scale.abs() * CHORD_MM).ceil() as i32);

@@ -1,5 +1,6 @@
 //! What the tool does: takes and lets go, drills, lays glue.
 
+use super::shake::Shake;
 use super::{Action, Cell, Fall, Timer};
 use crate::law::Steps;
 use crate::log::What;
@@ -248,6 +249,7 @@ impl Cell {
         let by = self.scene.tools.first().map(|tool| tool.name.clone()).unwrap_or_default();
         let thing = self.things[which].name.clone();
         self.tell(us, What::Take { thing, by });
+        self.doubles(which);
         if let Some(after) = self.struck.lost.remove(&which) {
             self.falls_after(which, after, false, us);
         }
@@ -302,13 +304,59 @@ impl Cell {
 
     fn let_go(&mut self, which: usize, at: &Steps, us: u64) {
         let tip = self.tip(at);
-        let Where::Held(offset) = self.things[which].place else { return };
         self.belts_until(us);
+        self.tool.held = None;
+        // What hangs lowest falls first.
+        let under = self.struck.twins.remove(&which);
+        for which in under.into_iter().chain([which]) {
+            self.lands(which, tip, us);
+        }
+        self.aim(us);
+        self.plan_belts(us);
+        self.rebuild(at, us);
+        self.look_again(us);
+    }
+
+    /// The most that holds what hangs on the tool, N, if there is a limit and something hangs.
+    pub(super) fn hold_n(&self) -> Option<f64> {
+        self.tool.held()?;
+        match &self.scene.tools.first()?.kind {
+            ToolKind::Vacuum(vacuum) => vacuum.hold_n,
+            _ => None,
+        }
+    }
+
+    /// What hangs on the tool is lost where its mass times the acceleration is more than holds it.
+    pub(super) fn shaken(&mut self, at: &Steps, us: u64) {
+        let Some((which, holds)) = self.tool.held().zip(self.hold_n()) else {
+            self.tool.shake = Shake::default();
+            return;
+        };
+        let Some(found) = self.tool.shake.look(at, us, self.frame.scale) else { return };
+        let mass = |which: usize| self.scene.parts[self.things[which].part].mass_g;
+        let grams = mass(which) + self.struck.twins.get(&which).map_or(0.0, |&twin| mass(twin));
+        let newton = grams / 1e3 * found / 1e3;
+        if newton > holds {
+            self.tool.shake = Shake::default();
+            self.shaken_off(which, at, us);
+        }
+    }
+
+    /// The head was too quick for what hangs on it.
+    pub(super) fn shaken_off(&mut self, which: usize, at: &Steps, us: u64) {
+        let thing = self.things[which].name.clone();
+        let why = "was accelerated by more than `hold_n` holds";
+        self.tell(us, What::Lost { thing, why });
+        self.let_go(which, at, us);
+    }
+
+    /// A thing falls from where it hangs.
+    fn lands(&mut self, which: usize, tip: V3, us: u64) {
+        let Where::Held(offset) = self.things[which].place else { return };
         let from: V3 = std::array::from_fn(|axis| tip[axis] + offset[axis]);
         let press = self.nozzle().map_or(0.0, |vacuum| vacuum.press);
         let landing = landing(&self.scene, &self.fixtures, &self.things, which, from, press);
         let thing = self.things[which].name.clone();
-        self.tool.held = None;
         match landing.z {
             Some(z) => {
                 let fell = (from[2] - z).max(0.0);
@@ -328,10 +376,6 @@ impl Cell {
                 self.tell(us, What::Lost { thing, why: "fell where nothing is below" });
             }
         }
-        self.aim(us);
-        self.plan_belts(us);
-        self.rebuild(at, us);
-        self.look_again(us);
     }
 
     /// Jaws let a thing go.

@@ -100,6 +100,19 @@ impl Single {
 }
 
 impl Engine {
+    /// Whether [`Engine::rush`] may find events by `until`: not where the next one begins or ends a segment.
+    pub fn may_rush(&self, until: u64) -> bool {
+        let plays = |single: &Single| single.playing.events != 0;
+        let single = |single: &Single| single.due.is_some_and(|due| due <= until) && plays(single);
+        match self.due {
+            Some(due) => {
+                let playing = self.path.front();
+                due <= until && playing.is_some_and(|slot| slot.segment.ramp.events != 0)
+            }
+            None => self.singles.iter().any(single),
+        }
+    }
+
     /// Plays the events by `until`, 1/65536 ticks, of the segments that play, as far as no axis brings more than `room`
     /// steps to its pin. Watched pins do not answer meanwhile, and steps are at least `least` apart. Gives the steps that
     /// come to the pins, or nothing where not even one event can be played.

@@ -60,6 +60,7 @@ pub trait Around: Send {
 pub(super) struct Listener {
     who: Option<Arc<Mutex<dyn Around>>>,
     reply: Reply,
+    calls: u32,
 }
 
 impl Listener {
@@ -90,7 +91,8 @@ impl Listener {
 impl Plant {
     /// From now on `who` is around the machine; it is asked at once. `None`: nobody, all that it did is undone.
     pub fn surround(&mut self, now: u64, who: Option<Arc<Mutex<dyn Around>>>) {
-        self.around = Listener { who, reply: Reply::default() };
+        let calls = self.around.calls;
+        self.around = Listener { who, reply: Reply::default(), calls };
         self.tell(now, Change::Time);
     }
 
@@ -101,18 +103,28 @@ impl Plant {
 
     /// Voltages at the analog inputs, mV: those of whoever is around the machine, else those of [`Plant::analog`].
     #[must_use]
+    #[inline]
     pub fn volts(&self) -> [u16; 4] {
         let around = self.around.analog();
         std::array::from_fn(|n| around[n].unwrap_or(self.analog[n]))
     }
 
+    /// How often whoever is around the machine was called: as long as it stays, nothing has changed there.
+    #[must_use]
+    #[inline]
+    pub fn calls_around(&self) -> u32 {
+        self.around.calls
+    }
+
     /// When something changes around the machine by itself, ticks.
     #[must_use]
+    #[inline]
     pub fn due(&self) -> Option<u64> {
         self.around.reply.due
     }
 
     /// Time has come so far: what is due around the machine by then happens, each at its tick.
+    #[inline]
     pub fn pass(&mut self, now: u64) {
         while let Some(due) = self.around.reply.due.filter(|&due| due <= now) {
             self.tell(due, Change::Time);
@@ -127,6 +139,7 @@ impl Plant {
         let Some(who) = &self.around.who else { return };
         let motors = [0, 1, 2].map(|axis| self.motors[axis].position);
         let mut who = who.lock().unwrap_or_else(PoisonError::into_inner);
+        self.around.calls = self.around.calls.wrapping_add(1);
         self.around.reply = who.change(now, what, motors);
     }
 }

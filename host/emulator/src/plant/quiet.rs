@@ -18,6 +18,7 @@ impl Contact {
 impl Plant {
     /// Whether somebody takes note of single edges at the pins.
     #[must_use]
+    #[inline]
     pub fn is_observed(&self) -> bool {
         self.recorder.active() || !self.jumpers.is_empty()
     }
@@ -25,6 +26,7 @@ impl Plant {
     /// The steps that each motor may make in its direction before an input can change, or before somebody around the
     /// machine is to be asked. None while a pulse may break the set-up time of DIR.
     #[must_use]
+    #[inline]
     pub fn free_steps(&self) -> [u64; 3] {
         let mut quiet = self.around.quiet();
         for contact in self.switches.iter().chain(&self.probes).flatten() {
@@ -44,6 +46,7 @@ impl Plant {
     }
 
     /// Motors make so many steps, no more than [`Plant::free_steps`], by pulses as the drivers want them. They have ended.
+    #[inline]
     pub fn travel(&mut self, steps: [u32; 3]) {
         for (motor, steps) in self.motors.iter_mut().zip(steps) {
             motor.travel(steps.into());

@@ -35,6 +35,7 @@ impl<B: Hardware> Rig<B> {
                     self.host_actions.push(HostAction::Register(register, value));
                 }
                 HostDeed::Pause(pauses) => self.host_actions.push(HostAction::Pause(pauses)),
+                HostDeed::Gone => self.scene.scenario.end_client(),
                 HostDeed::Stall(axis, steps) => {
                     self.scene.stall(axis, steps, &mut self.board.plant_mut());
                 }

@@ -25,7 +25,9 @@ impl Ended {
     ) -> Ended {
         let hint = format!("--from-line {line} goes on from there");
         let Some(fault) = fault else { return Ended { what: "stopped here".to_owned(), hint } };
-        let what = format!("fault {fault}: {}", fault.text());
+        let own = status.filter(|own| own.fault.as_ref() == Some(&fault.to_string()));
+        let text = own.and_then(|own| own.text).unwrap_or(fault.text());
+        let what = format!("fault {fault}: {text}");
         let input = status.and_then(|status| status.input);
         match (fault, input) {
             (Fault::LimitSwitch, Some(input)) => limit(what, input, line, profile),

@@ -200,3 +200,48 @@ fn what_waits_when_the_gateway_ends_is_told_by_the_next_one() {
     assert_eq!(thread.join().expect("it ends"), 0);
     assert_eq!(ids(&record), (1..=20).collect::<Vec<u64>>());
 }
+
+/// Two messages larger than any order, soon one after the other, are no reason to hear no stop for a minute; one that each
+/// connection gets anew must not keep events from the broker.
+#[test]
+fn two_messages_that_are_too_large_deafen_for_a_second_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let port = listener.local_addr().expect("a port").port();
+    let (tell, heard) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let mut left = 2;
+        for mut stream in listener.incoming().flatten() {
+            while let Some((first, body)) = packet(&mut stream) {
+                let answer = match first >> 4 {
+                    1 => vec![0x20, 2, 0, 0],
+                    3 => {
+                        let length = usize::from(u16::from_be_bytes([body[0], body[1]]));
+                        vec![0x40, 2, body[2 + length], body[3 + length]]
+                    }
+                    8 => {
+                        let _ = tell.send(Instant::now());
+                        let mut bytes = vec![0x90, 3, body[0], body[1], 1];
+                        if left > 0 {
+                            left -= 1;
+                            // A publication of 300 000 bytes, of which no more than the head has to come.
+                            bytes.extend([0x30, 0xE0, 0xA7, 0x12, 0, 1, b'x']);
+                        }
+                        bytes
+                    }
+                    _ => Vec::new(),
+                };
+                if stream.write_all(&answer).is_err() {
+                    break;
+                }
+            }
+        }
+    });
+    let setting = setting(format!("127.0.0.1:{port}"), folder.path());
+    let (notes, thread) = converse(&setting);
+    let listens = || heard.recv_timeout(Duration::from_secs(20)).expect("orders are taken");
+    let (first, _, last) = (listens(), listens(), listens());
+    assert!(last - first < Duration::from_secs(5), "deaf for {:?}", last - first);
+    notes.send(Note::Close).expect("it hears");
+    thread.join().expect("it ends");
+}

@@ -17,6 +17,8 @@ const START_US: u64 = 500_000;
 /// A cell, and what it has heard of the run.
 pub struct Around {
     cell: Shared,
+    /// Calls of the cell at the last look.
+    calls: u32,
     heard: Heard,
 }
 
@@ -25,7 +27,7 @@ impl Native {
     pub(super) fn build_cell(&mut self) {
         let (now, per_us) = (self.board.cycles(), self.board.ticks_per_second() / 1_000_000);
         let built = self.scene.build_cell(now, per_us, &mut self.board.plant_mut());
-        self.around = built.map(|(cell, _)| Around { cell, heard: Heard::default() });
+        self.around = built.map(|(cell, _)| Around { cell, calls: 0, heard: Heard::default() });
     }
 
     /// The cell's time begins with the run.
@@ -42,7 +44,12 @@ impl Native {
 
     /// What the cell asks of the host.
     pub(super) fn look_at_cell(&mut self) {
-        let Some(around) = &self.around else { return };
+        let Some(around) = &mut self.around else { return };
+        // Nothing comes of a cell that was not called since.
+        let calls = self.board.plant().calls_around();
+        if std::mem::replace(&mut around.calls, calls) == calls {
+            return;
+        }
         let (deeds, edges, taken) = {
             let mut cell = around.cell.get();
             (cell.take_deeds(), cell.take_edges(), cell.take_taken())
@@ -62,6 +69,7 @@ impl Native {
                 HostDeed::Register(register, value) => {
                     self.scene.scenario.write_register(register, value);
                 }
+                HostDeed::Gone => self.scene.scenario.end_client(),
                 HostDeed::Stall(axis, steps) => {
                     self.scene.stall(axis, steps, &mut self.board.plant_mut());
                 }
@@ -95,7 +103,7 @@ impl Native {
 
     /// An event of the trace, for the cell.
     pub(super) fn tell_cell(&mut self, us: u64, what: &What) {
-        let Some(Around { cell, heard }) = &mut self.around else { return };
+        let Some(Around { cell, heard, .. }) = &mut self.around else { return };
         let Some(text) = heard.tell(us, what) else { return };
         cell.get().cell_mut().prints(text, us);
         let now = self.board.cycles();
@@ -120,7 +128,7 @@ impl Native {
     /// What the cell gives, at the end of the run.
     pub fn report(&mut self, end: &End) -> Option<Report> {
         let (us, draws) = (self.end_us(), self.options.record);
-        let Around { cell, heard } = self.around.as_mut()?;
+        let Around { cell, heard, .. } = self.around.as_mut()?;
         Some(heard.judge(self.scene.scenario.scene()?, cell, us, end, draws))
     }
 }

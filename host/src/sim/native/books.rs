@@ -24,7 +24,9 @@ impl Native {
             *least = at.min(*least);
             *greatest = at.max(*greatest);
         }
-        self.pieces.look(us, &self.board, &mut self.log);
+        if self.options.record {
+            self.pieces.look(us, &self.board, &mut self.log);
+        }
     }
 
     fn notice(&mut self, noticed: Noticed) {

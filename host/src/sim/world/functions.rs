@@ -229,6 +229,9 @@ fn stimuli(engine: &mut Engine, shared: &Rc<RefCell<Plan>>) {
         "set_at",
         move |c: NativeCallContext<'_>, register: i32, value: i32| -> Done {
             let mut plan = plan.borrow_mut();
+            if plan.client_gone {
+                return Ok(());
+            }
             let register = plan.registers.set(register, value).or_else(|text| fail(&c, text))?;
             plan.act(Action::Register { register, value });
             Ok(())

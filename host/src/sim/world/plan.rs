@@ -81,6 +81,8 @@ pub struct Plan {
     pub plates: [Option<(i32, i32)>; 3],
     /// The program's AT variables.
     pub registers: Registers,
+    /// The host's client has ended: what only it can do has no effect any more.
+    pub client_gone: bool,
     /// The cell beside the world.
     pub beside: Beside,
     /// What the world itself gives to inputs, from 1.

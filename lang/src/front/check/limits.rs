@@ -11,7 +11,7 @@ use crate::front::codes::Code;
 use crate::front::span::Span;
 use crate::hir;
 use crate::kind::Kind;
-use crate::part::{SYNC_LEAD_MS, SYNC_MS};
+use crate::part::{SYNC_LEAD_MS, SYNC_MS, SYNC_WAY};
 use crate::profile::OutputRole;
 
 /// A constant target, kept until it is known which axes the script homes.
@@ -207,11 +207,14 @@ impl<'a> Checker<'a> {
 
     /// The lead of SYNC, as far as it is known.
     pub(super) fn check_lead(&mut self, lead: &hir::Expr, span: Span) {
-        let Some(value) = value_of(lead).filter(|_| lead.kind == Kind::Time) else { return };
-        if value > SYNC_LEAD_MS {
-            let hint = format!(
-                "the longest is {SYNC_LEAD_MS}ms; a Length, `5mm`, may be as long as you like"
-            );
+        let Some(value) = value_of(lead) else { return };
+        if lead.kind != Kind::Time {
+            if value.unsigned_abs() > SYNC_WAY.unsigned_abs() {
+                let hint = format!("the longest is {}m", SYNC_WAY / 1_000_000);
+                self.ends_here(Fault::ValueRange, span, "this lead or lag is too long", hint);
+            }
+        } else if value > SYNC_LEAD_MS {
+            let hint = format!("the longest is {SYNC_LEAD_MS}ms; a Length, `5mm`, may be longer");
             self.ends_here(Fault::ValueRange, span, "this lead is too long", hint);
         } else if value < -SYNC_MS {
             let hint = format!("the longest lag is {SYNC_MS}ms");

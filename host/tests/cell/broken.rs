@@ -1,11 +1,6 @@
-//! Scripts that are broken on purpose, each found in the words that one would want to read.
+//! Scripts that are broken on purpose, each found by `pasapas test` in the words that one would want to read.
 
-use pasapas::board::DEFAULT;
-use pasapas::board::engine::run_native_traced;
-use pasapas::sim::Options;
-use pasapas::sim::world::World;
-
-use super::{cell, program, report};
+use super::common::{pasapas, text};
 
 const RIGHT: &str = "OUTPUT pump = 3
 INPUT held = 3
@@ -34,20 +29,18 @@ expect = [{ what = "in_place", place = "box", of = "tray", within = 1, turn_with
           { what = "nothing_on" }, { what = "ends", text = "done" }, { what = "prints", text = "placed" }]
 "#;
 
-/// The table of a run of a changed script in a changed cell.
-fn table([from, to]: [&str; 2], [cell_from, cell_to]: [&str; 2]) -> (bool, String) {
-    let text = RIGHT.replacen(from, to, 1);
-    assert!(from.is_empty() || text != RIGHT, "{from}");
-    let cell_text = CELL.replacen(cell_from, cell_to, 1);
-    assert!(cell_from.is_empty() || cell_text != CELL, "{cell_from}");
-    let program = program(&text);
-    let compiled = lang::back::compile(&program).unwrap();
-    let world = World::unattended().with_scene(Some(cell(&cell_text, &program)));
+/// What `pasapas test` says of a changed script in a changed cell, and its exit code.
+fn test([from, to]: [&str; 2], [cell_from, cell_to]: [&str; 2]) -> (i32, String) {
+    let script = RIGHT.replacen(from, to, 1);
+    assert!(from.is_empty() || script != RIGHT, "{from}");
+    let cell = CELL.replacen(cell_from, cell_to, 1);
+    assert!(cell_from.is_empty() || cell != CELL, "{cell_from}");
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("job.bas");
+    std::fs::write(&file, script).expect("a script");
+    std::fs::write(folder.path().join("job.cell.toml"), cell).expect("a cell");
     // What never ends is ended after ten minutes.
-    let options = Options { limit_us: 600_000_000, ..Options::default() };
-    let (run, _) = run_native_traced(DEFAULT, &program, &compiled, &world, &options).unwrap();
-    let report = report(run);
-    (report.holds(), report.table())
+    pasapas(&["test", text(&file), "--limit", "10min"])
 }
 
 /// What is wrong with the script, from what, to what, and the words that say so.
@@ -112,10 +105,10 @@ const MISTAKES: &[Mistake] = &[
         "tray.2: never taken",
     ),
     (
-        "the output is left on: the end of the program lets the part fall",
+        "the output is left on: the part still hangs when the program ends",
         ["SetOut pump, OFF\nWaitIn held, OFF, 500ms\n", ""],
         SAME,
-        "tray.1 fell 13.00 mm",
+        "nothing_held: wanted nothing, was tray.1",
     ),
     ("a wrong offset: the nozzle is not above the part", ["G0 X20 Y30", "G0 X23 Y30"], SAME, "F13"),
     ("a wrong offset: beside the place", ["G0 X60 Y60", "G0 X70 Y60"], SAME, "tray.1 fell "),
@@ -153,10 +146,11 @@ const MISTAKES: &[Mistake] = &[
 
 #[test]
 fn each_mistake_is_told_in_its_words() {
-    let (holds, right) = table(SAME, SAME);
-    assert!(holds, "{right}");
+    let (code, right) = test(SAME, SAME);
+    assert!(code == 0 && right.starts_with("right "), "{right}");
     for (name, script, cell, words) in MISTAKES {
-        let (holds, table) = table(*script, *cell);
-        assert!(!holds && table.contains(words), "{name}: {words}: {table}");
+        let (code, said) = test(*script, *cell);
+        assert!(code == 3 && said.starts_with("WRONG "), "{name}: {code}: {said}");
+        assert!(said.contains(words), "{name}: {words}: {said}");
     }
 }
