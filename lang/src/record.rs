@@ -264,8 +264,8 @@ pub struct BoardRecord {
     pub more: MoreRecord,
 }
 
-/// What a profile says of PWM, RS-485 line, analog inputs and analog output, which only some parts have: 42 bytes behind the
-/// record, 21 registers of the link.
+/// What a profile says of PWM, RS-485 line, analog inputs and analog output, which only some parts have: 38 bytes behind the
+/// record, 19 registers of the link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
 pub struct MoreRecord {
@@ -296,15 +296,7 @@ pub struct MoreRecord {
     pub aout_full: u16,
     /// Bits 0..14: its value after a reset, at a fault and at the end of a run. Bit 15: [`MoreRecord::PAUSES`].
     pub aout_safe: u16,
-    /// Analog input that is the knob of the speed override, from 1, 0 for none.
-    pub knob: u8,
-    /// Override with the knob at 0 V, percent.
-    pub knob_least: u8,
-    /// Override with the knob at its highest voltage, percent.
-    pub knob_most: u8,
-    /// 0
-    pub reserved: u8,
-    /// CRC of the 40 bytes before.
+    /// CRC of the 36 bytes before.
     pub crc: u16,
 }
 
@@ -358,7 +350,7 @@ impl MoreRecord {
     /// The value in these two.
     pub const VALUE: u16 = 0x7FFF;
     /// Bytes of the record.
-    pub const SIZE: usize = 42;
+    pub const SIZE: usize = 38;
     /// Nothing.
     pub const NONE: MoreRecord = MoreRecord {
         pwm_hz: 0,
@@ -374,10 +366,6 @@ impl MoreRecord {
         aout_hz: 0,
         aout_full: 0,
         aout_safe: 0,
-        knob: 0,
-        knob_least: 0,
-        knob_most: 0,
-        reserved: 0,
         crc: 0,
     };
 }

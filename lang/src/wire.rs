@@ -115,7 +115,7 @@
 //! holds); it takes effect at the next reset ([`Control::Restart`]). Exception 6 while a program
 //! runs.
 //!
-//! On parts with more to say, the 21 registers at [`PROFILE_MORE`] hold what belongs to the record
+//! On parts with more to say, the 19 registers at [`PROFILE_MORE`] hold what belongs to the record
 //! ([`MoreRecord`](crate::record::MoreRecord)). They are written before the last word of the record, whose
 //! register 30 is their CRC, or 0 where there is nothing; then they need not be written.
 //!

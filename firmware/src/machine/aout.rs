@@ -69,10 +69,15 @@ impl<C: Chip> Controller<C> {
         Ok(())
     }
 
+    /// Its safe value.
+    pub fn safe_aout(&self) -> u16 {
+        self.record.more().aout_safe & MoreRecord::VALUE
+    }
+
     /// It gets its safe value.
     pub fn go_safe(&mut self) {
         if self.io.aout.top != 0 {
-            self.set_aout(self.record.more().aout_safe & MoreRecord::VALUE);
+            self.set_aout(self.safe_aout());
         }
     }
 

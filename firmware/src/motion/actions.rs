@@ -63,7 +63,7 @@ pub struct Action {
     waits: Waits,
 }
 
-/// [`Action::what`]: the output goes on; an analog one gets a value that is not 0.
+/// [`Action::what`]: the output goes on; an analog one gets another value than its safe one.
 const ON: u8 = 1 << 7;
 /// [`Action::what`]: an analog output.
 const ANALOG: u8 = 1 << 6;
@@ -74,9 +74,9 @@ impl Action {
         Action { what: n | if on { ON } else { 0 }, ..Action::default() }
     }
 
-    /// Analog output `n`, from 1, gets a value.
-    pub fn analog(n: u8, value: u16) -> Action {
-        Action { pulse: value, ..Action::new(n | ANALOG, value != 0) }
+    /// Analog output `n`, from 1, gets a value, `on` unless that is the safe one.
+    pub fn analog(n: u8, value: u16, on: bool) -> Action {
+        Action { pulse: value, ..Action::new(n | ANALOG, on) }
     }
 
     /// It is one of an analog output, [`Action::pulse`] its value.
@@ -94,7 +94,7 @@ impl Action {
         1 << (self.output().wrapping_sub(1) & 15)
     }
 
-    /// It goes on.
+    /// It goes on, [`Action::analog`] says what that is of an analog one.
     pub fn is_on(&self) -> bool {
         self.what & ON != 0
     }

@@ -209,11 +209,7 @@ impl MoreRecord {
             aout_hz: word(30),
             aout_full: word(32),
             aout_safe: word(34),
-            knob: bytes[36],
-            knob_least: bytes[37],
-            knob_most: bytes[38],
-            reserved: bytes[39],
-            crc: word(40),
+            crc: word(36),
         }
     }
 

@@ -327,9 +327,7 @@ impl MoreRecord {
         let words = pwm.into_iter().chain([self.servo_low, self.servo_high, kind, rs485]);
         let levels = self.thresholds.into_iter().flat_map(|levels| [levels.on, levels.off]);
         let aout = [self.aout_hz, self.aout_full, self.aout_safe];
-        let knob = [self.knob, self.knob_least, self.knob_most, self.reserved];
-        let knob = knob.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
-        let words = words.chain(levels).chain(aout).chain(knob).chain([self.crc]);
+        let words = words.chain(levels).chain(aout).chain([self.crc]);
         let mut bytes = [0; MoreRecord::SIZE];
         for (place, word) in bytes.chunks_exact_mut(2).zip(words) {
             place.copy_from_slice(&word.to_le_bytes());

@@ -30,7 +30,7 @@ macro_rules! register_rows {
                 KEEPS: Holding 4000 + 16, WRITABLE | LONG;
                 OWN: Holding 5000 + 200, WRITABLE;
                 PROFILE_WINDOW: Holding 5200 + 32, WRITABLE;
-                PROFILE_MORE: Holding 5240 + 21, WRITABLE;
+                PROFILE_MORE: Holding 5240 + 19, WRITABLE;
                 LIBRARY: Holding 6000 + 1024, 0;
                 TRACE_QUEUE: Holding 7100 + 352, 0;
                 UPLOAD_WINDOW: Holding 8000 + 1536, WRITABLE;

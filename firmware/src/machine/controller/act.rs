@@ -29,7 +29,7 @@ impl<C: Chip> Controller<C> {
         let (mut action, mut fits);
         if bits & flags::SYNC_ANALOG != 0 {
             fits = self.takes_aout(n, value);
-            action = Action::analog(n as u8, value as u16);
+            action = Action::analog(n as u8, value as u16, value as u16 != self.safe_aout());
         } else {
             let pulse = bits & flags::SYNC_PULSE != 0;
             fits = (1..=16).contains(&n) && self.may_switch(n as u8);
@@ -94,15 +94,15 @@ impl<C: Chip> Controller<C> {
         (TraceKind::Out, n, action.is_on().into())
     }
 
-    /// An analog output acts. In a pause in which it has its safe value a value waits for the end of it, but 0.
-    fn carry_out_analog(&mut self, value: u16) {
+    /// An analog output acts. In a pause in which it has its safe value another one waits for the end of it.
+    fn carry_out_analog(&mut self, action: &Action) {
         let mut waits = false;
         if self.session.is(RunState::Paused) {
-            self.io.aout.resume = value;
-            waits = value != 0 && self.pauses_aout();
+            self.io.aout.resume = action.pulse;
+            waits = action.is_on() && self.pauses_aout();
         }
         if !waits {
-            self.set_aout(value);
+            self.set_aout(action.pulse);
         }
     }
 
@@ -126,7 +126,7 @@ impl<C: Chip> Controller<C> {
     #[inline(never)]
     fn carry_out(&mut self, action: Action) {
         if action.is_analog() {
-            self.carry_out_analog(action.pulse);
+            self.carry_out_analog(&action);
         } else {
             self.carry_out_switch(&action);
         }
