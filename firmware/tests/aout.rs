@@ -2,21 +2,26 @@
 
 mod rig;
 
-use emulator::{Board, Edge, Signal, Silicon};
-use lang::profile::Profile;
-use lang::wire::{self, Control};
-use rig::{on, read, wired, write};
+use emulator::{Board, Edge, Format, Link, Parity, Signal, Silicon};
+use lang::fault::Fault;
+use lang::profile::{Aout, Profile, Wiring};
+use lang::wire::{self, Control, RunState};
+use rig::company::{Company, fast, start};
+use rig::{BOOT_US, give, off, on, read, wired, write};
 
-/// Input of the emergency stop, of the hold.
+/// Input of the emergency stop, of the hold, of the door, of X's reference switch.
 const ESTOP: u8 = 4;
 const HOLD: u8 = 3;
+const DOOR: u8 = 2;
+const LIMIT: u8 = 1;
 
 /// Three axes with switches at the pins, both lines open, and an analog output of these keys. 50 Hz: what waits for a period shows.
 fn machine(hz: u16, keys: &str) -> Profile {
     wired(
         "direct",
         &format!(
-            "[[input]]\nn = {ESTOP}\nrole = \"emergency_stop\"\n[[input]]\nn = {HOLD}\nrole = \"hold\"\n[rs485]\naddress = 5\n\
+            "[[input]]\nn = {ESTOP}\nrole = \"emergency_stop\"\n[[input]]\nn = {HOLD}\nrole = \"hold\"\n\
+             [[input]]\nn = {DOOR}\nrole = \"door\"\n[rs485]\naddress = 5\n\
              [[aout]]\nn = 1\nname = \"blow\"\nfrequency_hz = {hz}\nfull_mv = 1000\n{keys}"
         ),
     )
@@ -48,6 +53,26 @@ fn duty(edges: &[Edge]) -> f64 {
     let pulses = edges.windows(2).filter(|pair| pair[0].level && pair[0].cycle > first);
     let high: u64 = pulses.map(|pair| pair[1].cycle - pair[0].cycle).sum();
     high as f64 / (last - first) as f64
+}
+
+/// Where the pulses became wider or narrower: tenths of a period of 50 us, and X's steps until then.
+fn changes(board: &mut Board) -> Vec<(u64, i32)> {
+    let second = board.ticks_per_second();
+    let (mut steps, mut rise, mut seen) = (0, 0, Vec::new());
+    for edge in board.take_edges() {
+        match edge.signal {
+            Signal::Step(0) if edge.level => steps += 1,
+            Signal::Aout if edge.level => rise = edge.cycle,
+            Signal::Aout => {
+                let part = ((edge.cycle - rise) * 200_000 + second / 2) / second;
+                if seen.last().is_none_or(|(last, _)| *last != part) {
+                    seen.push((part, steps));
+                }
+            }
+            _ => {}
+        }
+    }
+    seen
 }
 
 fn holds(board: &mut Board, mv: u16, what: &str) {
@@ -150,19 +175,189 @@ fn the_safe_value_holds_after_faults_stops_ends_and_resets() {
 #[test]
 fn a_pause_keeps_it_or_gives_it_its_safe_value_as_the_profile_says() {
     let cases = [("", 600), ("pause = \"safe\"\n", 0), ("safe = 50\npause = \"safe\"\n", 50)];
-    for (keys, paused) in cases {
+    for ((keys, paused), input) in cases.into_iter().flat_map(|case| [(case, HOLD), (case, DOOR)]) {
+        let what = format!("input {input}: {keys}");
         let mut board = under_way(keys);
-        board.plant_mut().set_input(HOLD, true);
+        board.plant_mut().set_input(input, true);
         board.run_us(700_000);
-        holds(&mut board, paused, keys);
-        board.plant_mut().set_input(HOLD, false);
+        holds(&mut board, paused, &what);
+        // Nobody goes on while it is on.
+        write(&mut board, wire::RUN_CONTROL, Control::Resume as u16);
+        board.run_us(100_000);
+        assert_eq!(read(&mut board, wire::RUN_STATE), Some(RunState::Paused as u16), "{what}");
+        holds(&mut board, paused, &what);
+        board.plant_mut().set_input(input, false);
+        board.run_us(50_000);
+        holds(&mut board, paused, &what);
+        write(&mut board, wire::RUN_CONTROL, Control::Resume as u16);
+        board.run_us(100_000);
+        holds(&mut board, 600, &what);
+        write(&mut board, wire::OVERRIDES, 200);
+        board.run_us(4_000_000);
+        holds(&mut board, 900, &what);
+    }
+}
+
+#[test]
+fn a_value_whose_time_comes_in_a_pause_waits_for_its_end_but_the_safe_one() {
+    // The lag ends in the pause.
+    let cases = [
+        ("pause = \"safe\"\n", 900, 0, 900),
+        ("safe = 50\npause = \"safe\"\n", 900, 50, 900),
+        ("safe = 50\npause = \"safe\"\n", 0, 50, 0),
+        ("safe = 50\npause = \"safe\"\n", 50, 50, 50),
+        ("", 900, 900, 900),
+        ("", 0, 0, 0),
+    ];
+    for (keys, mv, paused, after) in cases {
+        let what = format!("{mv} mV, {keys}");
+        let script = format!(
+            "SetPos X, 0mm\nF1200\nSetAout blow, 600mV\nG1 X4\nSYNC SetAout 1, {mv}mV, -1s\nG1 X120"
+        );
+        let mut board = started(&machine(50, keys), &script);
+        board.run_us(500_000);
+        assert_eq!(value(&mut board), 600, "{what}");
+        board.plant_mut().set_input(DOOR, true);
+        board.run_us(2_000_000);
+        holds(&mut board, paused, &what);
+        // A host's own value goes with the pause.
+        write(&mut board, wire::AOUTS, 333);
+        holds(&mut board, 333, &what);
+        board.plant_mut().set_input(DOOR, false);
         board.run_us(50_000);
         write(&mut board, wire::RUN_CONTROL, Control::Resume as u16);
         board.run_us(100_000);
-        holds(&mut board, 600, keys);
-        write(&mut board, wire::OVERRIDES, 200);
-        board.run_us(4_000_000);
-        holds(&mut board, 900, keys);
+        holds(&mut board, after, &what);
+    }
+}
+
+#[test]
+fn a_fault_that_a_handler_takes_lets_the_safe_value_come_and_nothing_else() {
+    // The safe value, the last one that waits, and what holds in the handler.
+    for (safe, last, held) in [(0, 0, 0), (100, 100, 100), (100, 0, 600), (0, 300, 600)] {
+        let what = format!("safe {safe}, {last} mV last");
+        let script = format!(
+            "DIM none\nON ERROR GOTO away\nSetPos X, 0mm\nF1200\nSetAout 1, 600mV\nG1 X4\n\
+             SYNC SetAout 1, 900mV\nG1 X30\nSYNC SetAout 1, {last}mV\nG1 X60\nPRINT 1 / none\nEND\n\
+             away:\nWait 3s\nEND"
+        );
+        let mut board = started(&machine(50, &format!("safe = {safe}\n")), &script);
+        board.run_us(100_000);
+        holds(&mut board, held, &what);
+        board.run_us(2_000_000);
+        holds(&mut board, held, &what);
+        board.run_us(2_000_000);
+        assert_eq!(read(&mut board, wire::RUN_STATE), Some(RunState::Ready as u16), "{what}");
+        holds(&mut board, safe, &format!("{what}, at the end"));
+    }
+}
+
+#[test]
+fn a_value_leaves_the_pulse_of_the_output_with_its_number_alone() {
+    let script =
+        "SetPos X, 0mm\nF1200\nG1 X4\nSYNC Pulse 1, 200ms\nG1 X5\nSYNC SetAout 1, 600mV\nG1 X20";
+    let mut board = started(&machine(1000, ""), script);
+    let pin = |board: &mut Board| read(board, wire::OUTPUTS).expect("an answer") & 1;
+    board.run_us(240_000);
+    assert_eq!(pin(&mut board), 1);
+    board.run_us(40_000);
+    assert_eq!((value(&mut board), pin(&mut board)), (600, 1));
+    board.run_us(200_000);
+    assert_eq!((value(&mut board), pin(&mut board)), (600, 0));
+}
+
+#[test]
+fn a_limit_switch_puts_the_pin_low_at_once_and_the_safe_value_follows() {
+    for safe in [0, 100] {
+        let script =
+            "SetPos X, 0mm\nF1200\nSetAout 1, 600mV\nG1 X-60\nSYNC SetAout 1, 900mV\nG1 X-80";
+        let mut board = started(&machine(20_000, &format!("safe = {safe}\n")), script);
+        board.run_us(300_000);
+        holds(&mut board, 600, "before");
+        board.take_edges();
+        let at = board.cycles();
+        board.plant_mut().set_input(LIMIT, true);
+        board.run_us(300_000);
+        let second = board.ticks_per_second();
+        let own: Vec<Edge> =
+            board.take_edges().into_iter().filter(|edge| edge.signal == Signal::Aout).collect();
+        // Pulses of 600 mV are 30 us wide.
+        let wide = own.windows(2).filter(|pair| {
+            let width = pair[1].cycle - pair[0].cycle;
+            pair[0].level && pair[0].cycle > at + second / 20_000 && width * 100_000 > second
+        });
+        assert_eq!(wide.count(), 0, "safe {safe}: it comes again");
+        assert_eq!(read(&mut board, wire::FAULT), Some(Fault::LimitSwitch.number().into()));
+        holds(&mut board, safe, "after");
+    }
+}
+
+#[test]
+fn with_both_lines_busy_values_keep_their_places_and_an_emergency_stop_its_time() {
+    let mut profile = fast(20_000);
+    profile.wiring = Wiring::Direct;
+    profile.inputs[0].n = ESTOP.into();
+    profile.aouts =
+        vec![Aout { n: 1, frequency_hz: Some(20_000), full_mv: Some(1000), ..Aout::default() }];
+    let script = "SetPos X, 0mm\nF3000\nG1 X10\nSYNC SetAout 1, 600mV\nG1 X20\nSYNC SetAout 1, 300mV\nG1 X30\n\
+                  M67 E1 Q0.8\nG1 X40\nSYNC SetAout 1, 500mV\nG1 X400";
+    let mut board = off(Silicon::default(), &profile, script);
+    board.power_up();
+    board.set_uart_format_on(Link::Rs485, Format { baud: 115_200, parity: Parity::None });
+    board.run_us(BOOT_US);
+    board.record(true);
+    start(&mut board);
+    let mut company = Company::new([true; 2]);
+    let mut run = |board: &mut Board, ms: u64| {
+        for _ in 0..2 * ms {
+            company.ask(board);
+            board.run_us(500);
+        }
+    };
+    run(&mut board, 1_500);
+    let seen = changes(&mut board);
+    // 50 mm/s at 100 steps/mm: 5 steps in a millisecond.
+    for ((part, at), (wanted, place)) in
+        seen.iter().zip([(6, 1_000), (3, 2_000), (8, 3_000), (5, 4_000)])
+    {
+        assert!(*part == wanted && (at - place).abs() <= 6, "{seen:?}");
+    }
+    assert_eq!(seen.len(), 4, "{seen:?}");
+    let at = board.cycles();
+    board.plant_mut().set_input(ESTOP, true);
+    run(&mut board, 300);
+    let own = board.take_edges().into_iter().filter(|edge| edge.signal == Signal::Aout);
+    let last = own.last().expect("it was high");
+    let us = last.cycle.saturating_sub(at) * 1_000_000 / board.ticks_per_second();
+    assert!(!last.level && us < 60, "{us} us");
+    board.run_us(50_000);
+    assert_eq!(read(&mut board, wire::FAULT), Some(Fault::EmergencyStop.number().into()));
+    assert_eq!(value(&mut board), 0);
+}
+
+#[test]
+fn a_board_whose_profile_has_no_output_takes_no_value_and_leaves_the_pin_alone() {
+    for statement in
+        ["SetAout 1, 600mV", "SYNC SetAout 1, 600mV\nG1 X5", "SYNC SetAout 1, 0mV\nG1 X5"]
+    {
+        let script = format!("F1200\nWait 50ms\n{statement}\nWait 1s");
+        let mut board = off(Silicon::default(), &machine(1000, ""), &script);
+        give(&mut board, &wired("direct", ""));
+        board.power_up();
+        board.run_us(BOOT_US);
+        board.record(true);
+        let body = rig::write_body(wire::AOUTS, 0);
+        assert_eq!(rig::ask(&mut board, &body, 20_000).get(1..3), Some(&[0x86, 3][..]));
+        assert_eq!(value(&mut board), 0);
+        write(&mut board, wire::RUN_CONTROL, Control::Start as u16);
+        assert_eq!(edges(&mut board, 300), [], "{statement}");
+        assert_eq!(
+            read(&mut board, wire::FAULT),
+            Some(Fault::ValueRange.number().into()),
+            "{statement}"
+        );
+        // P3DIR
+        assert_eq!(board.bus_read8(0x0224) >> 6 & 1, 0, "{statement}: the pin is driven");
     }
 }
 
@@ -176,25 +371,7 @@ fn a_value_on_the_way_comes_at_its_place_whatever_the_override_is() {
         board.record(true);
         write(&mut board, wire::RUN_CONTROL, Control::Start as u16);
         board.run_us(4_000_000);
-        let (mut steps, mut rise, mut wide, mut seen) = (0, 0, 0, Vec::new());
-        let mut period = 0;
-        for edge in board.take_edges() {
-            match edge.signal {
-                Signal::Step(0) if edge.level => steps += 1,
-                Signal::Aout if edge.level => rise = edge.cycle,
-                Signal::Aout => {
-                    // Tenths of a period of 50 us.
-                    let part = (edge.cycle - rise) * 200_000 + board.ticks_per_second() / 2;
-                    let part = part / board.ticks_per_second();
-                    if part != wide {
-                        (wide, period) = (part, edge.cycle);
-                        seen.push((part, steps));
-                    }
-                    period = edge.cycle.max(period);
-                }
-                _ => {}
-            }
-        }
+        let seen = changes(&mut board);
         let at: Vec<i32> = seen.iter().map(|(_, at)| *at).collect();
         let parts: Vec<u64> = seen.iter().map(|(part, _)| *part).collect();
         assert_eq!(parts.last(), Some(&3), "{percent} %: {seen:?}");
