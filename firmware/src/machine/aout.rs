@@ -48,13 +48,12 @@ impl<C: Chip> Controller<C> {
 
     /// Gives the output a value that it can have; the pin follows with the next [`Controller::drive_aout`].
     pub fn set_aout(&mut self, value: u16) {
+        let full = self.record.more().aout_full & MoreRecord::VALUE;
         let own = &mut self.io.aout;
         own.value = value;
-        own.compare = DARK;
-        if value != 0 {
-            let full = self.record.more().aout_full & MoreRecord::VALUE;
-            own.compare = own.top - C::mul_div(value.into(), own.top.into(), full.into()) as u16;
-        }
+        let high = C::mul_div(value.into(), own.top.into(), full.into()) as u16;
+        // What is less than a tick of the timer is dark: no period ends where it is to go high.
+        own.compare = if high == 0 { DARK } else { own.top - high };
     }
 
     /// The value of a host, at any time, as of the outputs.
