@@ -29,7 +29,8 @@ pub fn open(hz: u16) -> u16 {
 
 /// From which count on the pin is high, from now on.
 pub fn set(compare: u16) {
-    if TB0CCTL6.get() == 0 {
+    // Its flags come while it is off, too.
+    if TB0CCTL6.get() & RUNS == 0 {
         // The pin is low, and stays so until the counter comes to the new value.
         TB0CCR6.set(compare);
         TB0CCTL6.set(RUNS);
