@@ -13,6 +13,7 @@ use lang::profile::Profile;
 use lang::wire::{AOUTS, Control, OVERRIDES};
 use pasapas::bench::stand::Stand;
 use pasapas::board::{DEFAULT, engine};
+use pasapas::link::Link as _;
 use pasapas::sim::trace::{Event, Status, What, to_text};
 use pasapas::sim::world::World;
 use pasapas::sim::{Engine, Options, Outcome, run_traced};
