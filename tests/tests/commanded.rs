@@ -83,7 +83,13 @@ fn anybodys_stop_ends_what_a_command_moves() {
         let far = orders::move_to(Axis::X, [25_000; 2], 2_000, 30_000);
         let mut endless = vec![command::MOVE_SPEED, 1];
         endless.extend([25_000, 2_000].map(orders::words).concat());
-        for (what, order) in [("target", far), ("speed", endless)] {
+        // A line of two axes: X and Y by 300 and 100 mm at 1200 mm/min.
+        let [speed, x, y] = [1_200f32, 300., 100.].map(|value| {
+            let [a, b, c, d] = value.to_le_bytes();
+            [u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d])]
+        });
+        let line = [vec![command::JOG, 64 | 3], [speed, x, y].concat()].concat();
+        for (what, order) in [("target", far), ("speed", endless), ("line", line)] {
             for who in ALL {
                 let told = format!("{name}, {what}, {who:?}");
                 let mut stand = ready(build);

@@ -460,11 +460,11 @@ fn carries(acc: u16, inc: u32, events: u32) -> u32 {
     let (inc_high, inc_low) = (inc >> 16, inc & 0xFFFF);
     let (high, low) = (events >> 16, events & 0xFFFF);
     // At most 65535 * 65535 + 2 * 65535.
-    let sum = inc_high * low + (inc_low * low >> 16) + u32::from(acc);
+    let sum = inc_high * low + ((inc_low * low) >> 16) + u32::from(acc);
     if high == 0 {
         return sum >> 16;
     }
-    (sum >> 16) + ((sum & 0xFFFF) + inc_low * high >> 16) + inc_high * high
+    (sum >> 16) + (((sum & 0xFFFF) + inc_low * high) >> 16) + inc_high * high
 }
 
 #[cfg(test)]

@@ -19,6 +19,9 @@ use std::ops::Range;
 /// Version of the format that this program reads.
 pub const VERSION: f64 = 1.0;
 
+/// Parts that feeders of a scene hold at most: what looks for neighbours compares each with each.
+const MOST_PARTS: usize = 10_000;
+
 /// Reads a cell file.
 ///
 /// # Errors
@@ -207,6 +210,15 @@ impl Builder<'_> {
             let pitch: [f64; 2] = entry.numbers("pitch").unwrap_or_default();
             let (columns, rows) =
                 if kind == "tray" { (columns as usize, rows as usize) } else { (1, 1) };
+            let before: usize = self.scene.feeders.iter().map(|feeder| feeder.pockets.len()).sum();
+            if before + columns * rows > MOST_PARTS {
+                let text = format!(
+                    "`count` of feeder \"{name}\" makes {} parts of the scene; it has at most {MOST_PARTS}",
+                    before + columns * rows
+                );
+                self.wrong("C004", entry.span_of("count"), text);
+                return;
+            }
             for row in 0..rows {
                 for column in 0..columns {
                     let x = at[0] + pitch[0] * column as f64;

@@ -194,6 +194,12 @@ fn each_message_names_thing_place_and_remedy() {
             &["c:3:20: error[C010]: part \"tray.1\" overlaps fixture \"tray floor\" by 0.4 mm"],
         ),
         (
+            "part = [{ name = \"chip\", size = [8, 8, 4] }]\nfeeder = [{ name = \"tray\", kind = \"tray\", part = \"chip\", at = [20, 30, -26.4], count = [200, 100], pitch = [15, 15] }]\n",
+            &[
+                "c:3:88: error[C004]: `count` of feeder \"tray\" makes 20000 parts of the scene; it has at most 10000",
+            ],
+        ),
+        (
             "expect = [{ what = \"in_place\", place = \"bely\" }]\nplace = [{ name = \"belt\", at = [150, 60, 0], size = [9, 9, 9] }]\n",
             &["c:2:40: error[C011]: expectation names place \"bely\"; \"belt\" is meant?"],
         ),

@@ -52,7 +52,7 @@ fn a_path_that_is_too_long_for_a_page_is_said_to_be() {
     let curve = |line, count| Curve {
         style: Style::Cut,
         line,
-        points: vec![point.clone(); count],
+        points: vec![point; count],
         axes: [true, false, false],
         home: false,
         arc: false,

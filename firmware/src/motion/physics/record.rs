@@ -124,6 +124,7 @@ impl Machine {
                 let (a, b) = (motion[*a], motion[*b]);
                 b.at - a.at <= rest && a.by[axis] == b.by[axis]
             };
+            let corner = self.corner(axis, limits.accel.max(limits.decel));
             for part in own.chunk_by(goes_on) {
                 let mut times: Vec<u64> = part.iter().map(|n| motion[*n].at).collect();
                 if abrupt {
@@ -134,9 +135,13 @@ impl Machine {
                     decel: if abrupt { limits.top.powi(2) } else { limits.decel },
                     ..*limits
                 };
+                // Another axis may go on at a corner where this one stops, or have gone before where it begins.
+                let start = limits.start.max(corner);
+                let ends =
+                    if own.len() < motion.len() { Limits { start, ..limits } } else { limits };
                 for motion in split(&times, &limits) {
                     let from = part.len() - times.len();
-                    check(motion, &limits).map_err(|v| Violation {
+                    check(motion, &ends).map_err(|v| Violation {
                         step: part[(v.step + from).min(part.len() - 1)],
                         ..v
                     })?;

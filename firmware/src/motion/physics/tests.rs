@@ -184,3 +184,29 @@ fn up_to_its_start_rate_an_axis_needs_no_ramp_and_above_it_does() {
     assert!(matches!(found, Err(What::Accel | What::Decel)), "{found:?}");
     assert_eq!(judged([1_300.0, 1_300.0], [2, 2]), Ok(1));
 }
+
+#[test]
+fn an_axis_that_stops_at_a_corner_may_do_so_as_the_corner_allows() {
+    let fine = Limits { start: 400.0, top: 8_000.0, accel: 25_000.0, decel: 25_000.0 };
+    // X makes 50 steps, then Z does, whose end has one rate throughout.
+    let judged = |rate: f64, corner_um: f64, with_x: bool| {
+        let machine = Machine { axes: [fine; 3], um: [4.0; 3], corner_um };
+        let (mut at, mut steps) = (0.0, Vec::new());
+        for _ in 0..if with_x { 50 } else { 0 } {
+            at += 16e6 / 400.0;
+            steps.push(Step { at: at as u64, by: [1, 0, 0] });
+        }
+        for n in 0..50_u32 {
+            let ramp = (400_f64.powi(2) + 2.0 * 25_000.0 * f64::from(n)).sqrt();
+            at += 16e6 / ramp.min(rate);
+            steps.push(Step { at: at as u64, by: [0, 0, 1] });
+        }
+        machine.check(&steps, false).map(|count| count.moves).map_err(|found| found.what)
+    };
+    // 574 steps/s, where its start rate and its ramp are good for 514 and 20 um of corner for 1380.
+    assert_eq!(judged(574.0, 20.0, true), Ok(1));
+    assert_eq!(judged(574.0, 0.0, true), Err(What::Start));
+    assert_eq!(judged(1_500.0, 20.0, true), Err(What::Start));
+    // Alone it comes to rest.
+    assert_eq!(judged(574.0, 20.0, false), Err(What::Start));
+}

@@ -33,13 +33,10 @@ const LONGEST: Duration = Duration::from_secs(15);
 /// Time to say goodbye.
 const GOODBYE: Duration = Duration::from_secs(1);
 /// A packet larger than any order that ends two connections one after the other, each within this time
-/// from where orders are taken, may be one that the broker keeps and gives to each new connection. One alone is
-/// somebody's message, which the broker does not send again.
+/// of its begin, is one that the broker keeps and gives to each new connection. One alone is somebody's
+/// message, which the broker does not send again.
 const KEPT_TIME: Duration = Duration::from_secs(5);
-/// No orders are taken for so long behind the second one; it doubles with each further one, up to the longest: events must
-/// not wait for whoever takes away what is kept, and orders not for two messages.
-const DEAF_FIRST: Duration = Duration::from_secs(1);
-/// Longest time without orders.
+/// No orders are taken for so long behind such a one: events must not wait for whoever takes it away.
 const DEAF_TIME: Duration = Duration::from_secs(60);
 /// Replies to orders that may wait for the broker.
 const MOST_REPLIES: usize = 256;
@@ -89,11 +86,8 @@ pub struct Session {
     home_assistant: bool,
     /// Until then no orders are taken.
     deaf_until: Option<Instant>,
-    /// Orders are taken since then.
-    listens: Option<Instant>,
-    /// How long no orders are taken behind the next packet that is larger than any order, soon after they were; nothing behind
-    /// the first.
-    deaf: Option<Duration>,
+    /// The connection before ended by a packet that is larger than any order, soon after its begin.
+    oversized: bool,
     /// What was said of the last lost connection.
     said: String,
 }
@@ -155,8 +149,7 @@ impl Session {
             status: setting.status(),
             home_assistant: setting.home_assistant,
             deaf_until: None,
-            listens: None,
-            deaf: None,
+            oversized: false,
             said: String::new(),
         }
     }
@@ -171,17 +164,21 @@ impl Session {
     pub async fn run(&mut self, mut notes: UnboundedReceiver<Note>, orders: Orders) -> End {
         let mut rest = AGAIN;
         loop {
-            let mut stood = false;
+            let (mut stood, begun) = (false, Instant::now());
             let why = match self.connection(&mut notes, &orders, &mut stood).await {
                 Ok(never) => match never {},
                 Err(Over::End(end)) => return end,
                 Err(Over::Lost(why)) => why,
-                Err(Over::Oversized(why)) => match self.oversized() {
-                    None => why,
-                    Some(time) => {
-                        format!("{why}: no orders are taken for {} s", time.as_secs())
-                    }
-                },
+                Err(Over::Oversized(why)) if begun.elapsed() > KEPT_TIME => {
+                    self.oversized = false;
+                    why
+                }
+                Err(Over::Oversized(why)) if !std::mem::replace(&mut self.oversized, true) => why,
+                Err(Over::Oversized(why)) => {
+                    self.oversized = false;
+                    self.deaf_until = Some(Instant::now() + DEAF_TIME);
+                    format!("{why}: no orders are taken for {} s", DEAF_TIME.as_secs())
+                }
             };
             if self.said != why {
                 eprintln!("pasapas: MQTT: {why}");
@@ -196,15 +193,6 @@ impl Session {
                 }
             }
         }
-    }
-
-    /// A packet larger than any order has ended the connection: for how long no orders are taken.
-    fn oversized(&mut self) -> Option<Duration> {
-        let soon = self.listens.take().is_some_and(|since| since.elapsed() < KEPT_TIME);
-        let time = self.deaf.filter(|_| soon);
-        self.deaf = Some(time.map_or(DEAF_FIRST, |time| (2 * time).min(DEAF_TIME)));
-        self.deaf_until = time.map(|time| Instant::now() + time);
-        time
     }
 
     /// Takes a note and all that came with it; what must arrive is on disk behind this.
@@ -368,8 +356,7 @@ impl Session {
     }
 
     /// Takes orders.
-    fn listen(&mut self, client: &AsyncClient) -> Result<(), Over> {
-        self.listens = Some(Instant::now());
+    fn listen(&self, client: &AsyncClient) -> Result<(), Over> {
         let filter = format!("{}/+/command", self.base);
         let asked = client.try_subscribe(filter, QoS::AtLeastOnce);
         asked.map_err(|error| Over::Lost(error.to_string()))

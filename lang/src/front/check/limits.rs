@@ -210,7 +210,7 @@ impl<'a> Checker<'a> {
         let Some(value) = value_of(lead) else { return };
         if lead.kind != Kind::Time {
             if value.unsigned_abs() > SYNC_WAY.unsigned_abs() {
-                let hint = format!("the longest is {}m", SYNC_WAY / 1_000_000);
+                let hint = format!("the longest is {}mm", SYNC_WAY / 1000);
                 self.ends_here(Fault::ValueRange, span, "this lead or lag is too long", hint);
             }
         } else if value > SYNC_LEAD_MS {
