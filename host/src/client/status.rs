@@ -154,8 +154,9 @@ impl<L: Link> Client<L> {
     /// See [`ClientError`].
     pub fn status(&mut self) -> Result<Status, ClientError> {
         let words = StatusWords {
-            run: self.holding(wire::RUN_STATE, StatusWords::RUN_LENGTH)?,
+            // Before the places: what rests then is read where it rests.
             moving: self.input(wire::MOVING, 1)?[0],
+            run: self.holding(wire::RUN_STATE, StatusWords::RUN_LENGTH)?,
             inputs: self.inputs(wire::INPUT_BITS, 17)?,
             outputs: self.coils(wire::COILS, 16)?,
         };

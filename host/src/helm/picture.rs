@@ -69,11 +69,11 @@ const SELDOM: u32 = 20;
 /// The exchanges of a round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
-    Run,
     Motion,
+    Run,
+    Work,
     Inputs,
     Outputs,
-    Work,
     Overrides,
     Identity,
     Cells(u16),
@@ -119,7 +119,7 @@ impl Round {
     /// The first one.
     pub fn new() -> Round {
         Round {
-            step: Step::Run,
+            step: Step::Motion,
             count: 0,
             words: StatusWords::default(),
             next: Picture::default(),
@@ -134,7 +134,7 @@ impl Round {
 
     /// Begins from the first look again, with everything read.
     pub fn restart(&mut self) {
-        (self.step, self.count) = (Step::Run, 0);
+        (self.step, self.count) = (Step::Motion, 0);
     }
 
     /// Makes the next look. The picture comes with the round's last one.
@@ -144,23 +144,16 @@ impl Round {
     pub fn look(&mut self, board: &mut Board) -> Result<Option<Picture>, ClientError> {
         let next = &mut self.next;
         self.step = match self.step {
-            Step::Run => {
-                self.words.run = board.holding(wire::RUN_STATE, StatusWords::RUN_LENGTH)?;
-                Step::Motion
-            }
+            // Before the places: what rests then is read where it rests.
             Step::Motion => {
                 let words = board.input(wire::MOVING, wire::LIMITS - wire::MOVING + 1)?;
                 self.words.moving = words[0];
                 (next.homing, next.homing_error) = (letters(words[1]), letters(words[1] >> 8));
                 (next.at_low, next.at_high) = (letters(words[2]), letters(words[2] >> 8));
-                Step::Inputs
+                Step::Run
             }
-            Step::Inputs => {
-                self.words.inputs = board.inputs(wire::INPUT_BITS, 17)?;
-                Step::Outputs
-            }
-            Step::Outputs => {
-                self.words.outputs = board.coils(wire::COILS, 16)?;
+            Step::Run => {
+                self.words.run = board.holding(wire::RUN_STATE, StatusWords::RUN_LENGTH)?;
                 Step::Work
             }
             Step::Work => {
@@ -172,6 +165,14 @@ impl Round {
                     let moves = self.words.moving >> n & 1 != 0;
                     self.shift[n].work(machine, long(words[2 * n], words[2 * n + 1]), moves)
                 });
+                Step::Inputs
+            }
+            Step::Inputs => {
+                self.words.inputs = board.inputs(wire::INPUT_BITS, 17)?;
+                Step::Outputs
+            }
+            Step::Outputs => {
+                self.words.outputs = board.coils(wire::COILS, 16)?;
                 if self.count.is_multiple_of(SELDOM) { Step::Overrides } else { Step::Cells(0) }
             }
             Step::Overrides => {
@@ -198,10 +199,10 @@ impl Round {
                         *cell = long(pair[0], pair[1]);
                     }
                 }
-                if first + count < all { Step::Cells(first + count) } else { Step::Run }
+                if first + count < all { Step::Cells(first + count) } else { Step::Motion }
             }
         };
-        if self.step != Step::Run {
+        if self.step != Step::Motion {
             return Ok(None);
         }
         self.count = self.count.wrapping_add(1);

@@ -221,8 +221,15 @@ impl Page {
         let buttons = u8::from(kind != "mouseReleased");
         self.call("Input.dispatchMouseEvent", json!({ "type": kind, "x": x, "y": y, "button": "left", "buttons": buttons, "clickCount": 1 })).map(drop)
     }
-    /// Clicks an element.
+    /// Clicks an element once it stands still: the same box in two frames running. What the page shows above
+    /// it meanwhile would move it between the look and the press.
     pub fn click(&self, selector: &str) -> Outcome<()> {
+        let still = format!(
+            "(async () => {{ const box = () => {{ const r = document.querySelector({selector:?}).getBoundingClientRect(); return [r.x, r.y, r.width, r.height].join() }}; \
+             for (let last = '', now = box(), frames = 0; now !== last && frames < 120; frames++) {{ last = now; await new Promise(done => {{ requestAnimationFrame(() => requestAnimationFrame(done)); setTimeout(done, 100) }}); now = box() }} }})()"
+        );
+        self.centre(selector)?;
+        self.eval(&still)?;
         let at = self.centre(selector)?;
         self.mouse("mousePressed", at)?;
         self.mouse("mouseReleased", at)

@@ -233,7 +233,8 @@ impl Page {
         );
         self.wait(&found, PATIENCE).map_err(|error| {
             let has = self.eval(&format!("document.querySelector({selector:?})?.textContent"));
-            format!("{error}; it says {has:?}")
+            let notes = self.eval("document.querySelector('#notes')?.textContent");
+            format!("{error}; it says {has:?}, and the page's notes are {notes:?}")
         })
     }
 

@@ -6,6 +6,7 @@ use std::io;
 use std::rc::Rc;
 use std::time::Duration;
 
+use lang::axis::Axis;
 use lang::profile::Profile;
 use lang::wire::{self, Control, RunState, Upload};
 
@@ -13,7 +14,7 @@ use crate::bench::stand::image_on;
 use crate::board::link::InProcess;
 use crate::board::rig::Rig;
 use crate::board::{Build, F5529, G2553};
-use crate::client::Client;
+use crate::client::{Client, orders};
 use crate::link::{Link, Mode};
 use crate::sim::world::{Registers, World};
 
@@ -172,4 +173,50 @@ fn a_late_reply_is_no_reply_to_the_next_read() {
     assert_eq!(fingerprint, [lang::isa::FINGERPRINT]);
     assert_eq!(client.holding(wire::VERSION, 1).expect("it answers"), version);
     assert_ne!(version, fingerprint);
+}
+
+/// A link with a pause before each request, as a busy computer makes them.
+struct Slow(InProcess);
+
+impl Link for Slow {
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.0.pause(Duration::from_millis(7));
+        self.0.send(bytes)
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> io::Result<usize> {
+        self.0.receive(buffer, patience)
+    }
+
+    fn now(&self) -> Duration {
+        self.0.now()
+    }
+
+    fn pause(&mut self, time: Duration) {
+        self.0.pause(time);
+    }
+
+    fn set_mode(&mut self, mode: Mode) -> io::Result<bool> {
+        self.0.set_mode(mode)
+    }
+}
+
+/// An axis that a status shows at rest rests at the place that it shows.
+#[test]
+fn an_axis_at_rest_is_shown_where_it_rests() {
+    for build in [&F5529, &G2553] {
+        let mut client = Client::new(Slow(emulated(build)), 1);
+        for n in 1u16..40 {
+            let order = orders::move_to(Axis::X, [50_000; 2], 1000, i64::from(n) * 25);
+            client.order(&order, String::new).expect("it moves");
+            client.link().pause(Duration::from_millis(u64::from(n % 8)));
+            let rest = loop {
+                let status = client.status().expect("it answers");
+                if status.moving.is_empty() {
+                    break status.pos;
+                }
+            };
+            assert_eq!(rest, client.status().expect("it answers").pos, "{}: {n}", build.part.name);
+        }
+    }
 }

@@ -33,7 +33,7 @@ export class Insert {
 		const name = wants.split(' ')[1], there = name && new RegExp(`^[^'\\n]*\\b(?:DIM|KEEP)\\b[^'\\n]*\\b${name}\\b`, 'im').test(editor.value);
 		const indent = /^[ \t]*/.exec(line)[0], lines = [...wants && !there ? [wants] : [], ...example.split('\n')];
 		const text = lines.map(own => indent + own).join('\n');
-		if (line.trim()) editor.replace(stop, stop, `\n${text}`); else editor.replace(first, stop, text);
+		editor.replace(first, stop, line.trim() ? `${line}\n${text}` : text);
 		editor.reveal(editor.line(editor.caret()));
 	}
 }
