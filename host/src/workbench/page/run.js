@@ -307,7 +307,6 @@ function effect(e) {
 		case 'move': return `${e.kind} to ${to} st`;
 		case 'home': return `home ${e.axis} ${e.ok ? `at ${e.pos}` : 'failed'}`;
 		case 'out': return `output ${e.n} ${e.v ? 'on' : 'off'}`;
-		case 'aout': return `analog output ${e.n} ${e.mv === undefined ? e.share : `${e.mv} mV`}`;
 		case 'wait': return `wait ${e.ms} ms`;
 		case 'waitin': return `input ${e.n} ${e.ok ? 'came' : 'did not come'}`;
 		case 'probe': return `probe ${e.axis} ${e.ok ? `at ${e.pos}` : 'met nothing'}`;
