@@ -4,19 +4,25 @@
 use std::time::Duration;
 
 use emulator::{Edge, Signal};
+use lang::fault::Fault;
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::image::Image;
 use lang::part::Signals;
 use lang::profile::Profile;
-use lang::wire::{AOUTS, Control, OVERRIDES};
+use lang::wire::{AOUTS, Control, FAULT, OVERRIDES};
 use pasapas::bench::stand::Stand;
 use pasapas::board::{DEFAULT, engine};
+use pasapas::client::ClientError;
+use pasapas::client::aout::AoutUnit;
 use pasapas::link::Link as _;
 use pasapas::sim::trace::{Event, Status, What, to_text};
 use pasapas::sim::world::World;
 use pasapas::sim::{Engine, Options, Outcome, run_traced};
+use pasapas::stream::feed::Feed;
+use pasapas::stream::job::Job;
+use pasapas::stream::pump;
 
 /// Ticks of the board in a microsecond.
 const US: u64 = 10_000;
@@ -414,4 +420,77 @@ fn a_pause_keeps_it_or_gives_it_its_safe_value_as_the_profile_says() {
         pause(&mut stand, 4_000);
         assert_eq!(value(&mut stand), 900, "{keys}");
     }
+}
+
+#[test]
+fn a_stop_in_a_pause_leaves_the_safe_value_and_no_resume_brings_the_old_one() {
+    for keys in ["safe = 100\n", "safe = 100\npause = \"safe\"\n"] {
+        let mut stand = board(&guarded(keys), LONG);
+        pause(&mut stand, 600);
+        press(&stand, 3, true);
+        pause(&mut stand, 700);
+        stand.client().control(Control::Stop).expect("taken");
+        pause(&mut stand, 300);
+        assert_eq!(value(&mut stand), 100, "{keys}");
+        press(&stand, 3, false);
+        pause(&mut stand, 50);
+        stand.client().control(Control::Resume).expect("taken");
+        pause(&mut stand, 300);
+        assert_eq!(value(&mut stand), 100, "{keys}");
+        let (part, _) = duty(&edges(&mut stand, 300));
+        assert!((part - 0.1).abs() < 2e-3, "{keys}: {part}");
+    }
+}
+
+#[test]
+fn a_streamed_job_without_its_host_ends_with_the_safe_value() {
+    for safe in [0, 100] {
+        let profile = guarded(&format!("safe = {safe}\n"));
+        let program = checked(&profile, LONG).unwrap_or_else(|told| panic!("{told}"));
+        let compiled = lang::back::compile(&program).expect("an image");
+        let mut stand = Stand::new(&profile).expect("a board");
+        stand.rig().borrow_mut().board().record(true);
+        let client = stand.client();
+        let slots = client.stream_slots().expect("an answer").expect("it can stream");
+        let mut job = Job::new(Feed::new(&compiled).expect("an image"), slots.bytes.into());
+        let gone = pump::run_observed(
+            client,
+            &mut job,
+            slots,
+            &mut |_| None,
+            None,
+            &mut |client, _, _| match client.holding(AOUTS, 1)?[0] {
+                600 => Err(ClientError::Interrupted),
+                _ => Ok(()),
+            },
+        );
+        assert!(gone.is_err(), "it went on");
+        // Nobody feeds it for two seconds, then it comes to rest.
+        pause(&mut stand, 4_000);
+        let fault = stand.client().holding(FAULT, 1).expect("an answer")[0];
+        assert_eq!(fault, Fault::LinkLost.number().into());
+        assert_eq!(value(&mut stand), safe);
+        let (part, _) = duty(&edges(&mut stand, 300));
+        assert!((part - f64::from(safe) / 1000.0).abs() < 2e-3, "{safe}: {part}");
+    }
+}
+
+#[test]
+fn a_client_finds_the_output_with_its_unit() {
+    let kinds = [("", Some(AoutUnit::Voltage)), ("range = 100\n", Some(AoutUnit::Share))];
+    for (keys, unit) in kinds {
+        let mut stand = board(&mill(keys), "Wait 5s");
+        assert_eq!(stand.client().aout_unit().expect("an answer"), unit, "{keys}");
+        stand.client().write(AOUTS, 42).expect("taken");
+        let own = stand.client().aouts(unit).expect("an answer")[0];
+        let value = Some(42);
+        assert_eq!(
+            (own.n, own.mv.or(own.share), own.share.is_some()),
+            (1, value, !keys.is_empty())
+        );
+    }
+    let plain = Profile::built_in("mill").expect("built in");
+    let mut stand = Stand::new(&plain).expect("a board");
+    assert_eq!(stand.client().aout_unit().expect("an answer"), None);
+    assert_eq!(stand.client().aouts(None).expect("nothing to ask"), []);
 }
