@@ -11,19 +11,6 @@ use lang::fault::Fault;
 use lang::record::MoreRecord;
 use lang::wire::{Exception, TRACE_SHARE, TraceKind};
 
-/// The output. Values are mV, or steps of a share, as the profile says.
-#[derive(Default)]
-pub struct Aout {
-    /// Where its timer begins again, 0 without an output.
-    top: u16,
-    /// Count from which on the pin is high.
-    compare: u16,
-    /// Its value.
-    pub value: u16,
-    /// The value before a pause.
-    pub resume: u16,
-}
-
 impl<C: Chip> Controller<C> {
     /// Starts it with its safe value, if the profile has one; interrupts are still off.
     pub fn open_aout(&mut self) {

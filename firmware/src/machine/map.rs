@@ -272,7 +272,6 @@ impl<C: Chip> Machine for Controller<C> {
     }
 }
 
-/// InterpCNC's alarm code of a latched fault (its input register 3004).
 impl<C: Chip> Map for Controller<C> {
     fn begin(&mut self) {
         self.lines.begin();

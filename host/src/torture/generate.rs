@@ -4,12 +4,11 @@
 
 mod expr;
 mod gcode;
+mod machine;
 mod tape;
 mod world;
 
-use lang::front::ProfileChoice;
 use lang::part::{F5529, Part};
-use lang::profile::{Aout, Profile};
 use lang::record::feature;
 use tape::Tape;
 
@@ -25,20 +24,6 @@ pub struct Case {
     pub world: String,
     /// Axes move on their own: where one is depends on the instant.
     pub independent: bool,
-}
-
-impl Case {
-    /// The machine that it is for: the built-in one, with an analog output where the program sets one.
-    pub fn machine(&self) -> ProfileChoice<'static> {
-        let sets = ["SetAout", " E1 Q"].iter().any(|word| self.script.contains(word));
-        match Profile::built_in("mill") {
-            Ok(mut mill) if sets => {
-                mill.aouts.push(Aout { n: 1, ..Aout::default() });
-                ProfileChoice::Given(Box::new(mill))
-            }
-            _ => ProfileChoice::built_in(),
-        }
-    }
 }
 
 /// Writes a program by the choices of a tape.

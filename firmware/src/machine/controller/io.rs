@@ -3,7 +3,6 @@
 use super::Controller;
 use crate::analog::{Analog, FIRST_THRESHOLD, LAST_THRESHOLD};
 use crate::inputs::Inputs;
-use crate::machine::aout::Aout;
 use crate::machine::chip::Chip;
 use lang::record::BoardRecord;
 use lang::wire::{RunState, UNWIRED};
@@ -32,6 +31,19 @@ pub struct Io {
     pub analog: Analog,
     /// The analog output.
     pub aout: Aout,
+}
+
+/// The analog output. Values are mV, or steps of a share, as the profile says.
+#[derive(Default)]
+pub struct Aout {
+    /// Where its timer begins again, 0 without an output.
+    pub top: u16,
+    /// Count from which on the pin is high.
+    pub compare: u16,
+    /// Its value.
+    pub value: u16,
+    /// The value before a pause.
+    pub resume: u16,
 }
 
 impl<C: Chip> Controller<C> {
