@@ -27,6 +27,8 @@ pub struct Track {
     feed: Option<Rate>,
     spindle: Option<i32>,
     outputs: BTreeMap<i32, i32>,
+    /// Values that analog outputs were given.
+    aouts: BTreeMap<i32, i32>,
     /// Axes whose work zero the job has set.
     zeroed: [bool; 3],
     /// Axes that the job has sent anywhere.
@@ -78,6 +80,7 @@ impl Track {
             feed: None,
             spindle: None,
             outputs: BTreeMap::new(),
+            aouts: BTreeMap::new(),
             zeroed: [false; 3],
             touched: [false; 3],
             top: None,
@@ -168,7 +171,9 @@ impl Track {
             Effect::Sync(own) => match own.act {
                 Act::Set(level) => self.plain(Plain::SetOut, [own.n, level])?,
                 Act::Pulse(ms) => self.plain(Plain::Pulse, [own.n, ms])?,
+                Act::Analog(value) => self.aout(own.n, value)?,
             },
+            Effect::SetAout { n, value } => self.aout(n, value)?,
             Effect::Motors { on, axis } => {
                 self.drivers = Some(on);
                 for axis in axis.map_or(Axis::ALL.to_vec(), |axis| vec![axis]) {
@@ -229,6 +234,16 @@ impl Track {
                 }
             }
         }
+        Ok(())
+    }
+
+    /// An analog output gets a value.
+    fn aout(&mut self, n: i32, value: i32) -> Result<(), Fault> {
+        let own = self.profile.aouts.iter().find(|aout| aout.n == n);
+        if !own.is_some_and(|aout| (0..=aout.full()).contains(&value)) {
+            return Err(Fault::ValueRange);
+        }
+        self.aouts.insert(n, value);
         Ok(())
     }
 
@@ -392,6 +407,7 @@ impl Track {
         for (&n, &on) in self.outputs.iter().filter(|(_, on)| **on != 0) {
             list.push((vec![n, on], vec![Op::SetOut.code()]));
         }
+        list.extend(self.aouts.iter().map(|(&n, &v)| (vec![n, v], vec![Op::SetAout.code()])));
         let spin_up = i32::from(self.profile.run.spin_up_ms);
         if spin_up > 0 && self.outputs.values().any(|on| *on != 0) {
             list.push((vec![spin_up], vec![Op::Wait.code()]));

@@ -272,7 +272,6 @@ impl<C: Chip> Machine for Controller<C> {
     }
 }
 
-/// InterpCNC's alarm code of a latched fault (its input register 3004).
 impl<C: Chip> Map for Controller<C> {
     fn begin(&mut self) {
         self.lines.begin();
@@ -293,6 +292,7 @@ impl<C: Chip> Map for Controller<C> {
             }
             _ if table as u8 == Table::InputRegisters as u8 => self.status(address),
             OUTPUTS => self.io.outputs,
+            AOUTS => self.io.aout.value,
             COMMAND..COMMAND_END => self.command.word(usize::from(address - COMMAND)),
             OVERRIDES | RAPID_OVERRIDE => {
                 u16::from(self.motor.percents[usize::from(address - OVERRIDES)])
@@ -421,6 +421,7 @@ impl<C: Chip> Map for Controller<C> {
                 self.talk.char_in = value as u8;
                 Ok(())
             }
+            AOUTS => self.write_aout(value),
             OUTPUTS => {
                 if value & !self.all_outputs() != 0 {
                     return Err(Exception::IllegalValue);

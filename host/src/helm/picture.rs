@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::Board;
 use super::follow::Halt;
 use crate::client::ClientError;
+use crate::client::aout::AoutUnit;
 use crate::client::identity::Identity;
 use crate::client::status::{Status, StatusWords, long};
 
@@ -76,6 +77,7 @@ enum Step {
     Outputs,
     Overrides,
     Identity,
+    Analog,
     Cells(u16),
 }
 
@@ -87,6 +89,8 @@ pub struct Round {
     words: StatusWords,
     next: Picture,
     shift: [Shift; 3],
+    /// Of the board's analog output, if it has one.
+    unit: Option<AoutUnit>,
 }
 
 /// Work position less machine position of an axis. The two are read one after the other, and an axis
@@ -124,6 +128,7 @@ impl Round {
             words: StatusWords::default(),
             next: Picture::default(),
             shift: Default::default(),
+            unit: None,
         }
     }
 
@@ -135,6 +140,19 @@ impl Round {
     /// Begins from the first look again, with everything read.
     pub fn restart(&mut self) {
         (self.step, self.count) = (Step::Motion, 0);
+    }
+
+    /// Reads some cells, from `first` on. Returns what comes next.
+    fn cells(next: &mut Picture, board: &mut Board, first: u16) -> Result<Step, ClientError> {
+        let all = next.cells.len() as u16;
+        let count = all.saturating_sub(first).min(CELLS_AT_ONCE);
+        if count > 0 {
+            let words = board.holding(wire::CELLS + 2 * first, 2 * count)?;
+            for (pair, cell) in words.chunks_exact(2).zip(&mut next.cells[first.into()..]) {
+                *cell = long(pair[0], pair[1]);
+            }
+        }
+        Ok(if first + count < all { Step::Cells(first + count) } else { Step::Motion })
     }
 
     /// Makes the next look. The picture comes with the round's last one.
@@ -173,7 +191,7 @@ impl Round {
             }
             Step::Outputs => {
                 self.words.outputs = board.coils(wire::COILS, 16)?;
-                if self.count.is_multiple_of(SELDOM) { Step::Overrides } else { Step::Cells(0) }
+                if self.count.is_multiple_of(SELDOM) { Step::Overrides } else { Step::Analog }
             }
             Step::Overrides => {
                 // A part without an override has no such block.
@@ -188,19 +206,16 @@ impl Round {
                 let (identity, cells) = (board.identity()?, board.program_cells()?);
                 next.cells.resize(usize::from(cells), 0);
                 next.identity = Some(identity);
+                self.unit = board.aout_unit()?;
+                Step::Analog
+            }
+            // Without one there is nothing to read: the exchange is that of the cells.
+            Step::Analog if self.unit.is_some() => {
+                self.words.aouts = board.aouts(self.unit)?;
                 Step::Cells(0)
             }
-            Step::Cells(first) => {
-                let all = next.cells.len() as u16;
-                let count = all.saturating_sub(first).min(CELLS_AT_ONCE);
-                if count > 0 {
-                    let words = board.holding(wire::CELLS + 2 * first, 2 * count)?;
-                    for (pair, cell) in words.chunks_exact(2).zip(&mut next.cells[first.into()..]) {
-                        *cell = long(pair[0], pair[1]);
-                    }
-                }
-                if first + count < all { Step::Cells(first + count) } else { Step::Motion }
-            }
+            Step::Analog => Round::cells(next, board, 0)?,
+            Step::Cells(first) => Round::cells(next, board, first)?,
         };
         if self.step != Step::Motion {
             return Ok(None);
