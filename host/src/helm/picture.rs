@@ -77,6 +77,8 @@ enum Step {
     Overrides,
     Identity,
     Cells(u16),
+    /// Only where F14 may be a line that came too late.
+    Late,
 }
 
 /// A round of looks at the board, an exchange at a time.
@@ -129,7 +131,7 @@ impl Round {
 
     /// Whether no look of the round has been made yet.
     pub fn is_fresh(&self) -> bool {
-        self.step == Step::Run
+        self.step == Step::Motion
     }
 
     /// Begins from the first look again, with everything read.
@@ -199,7 +201,20 @@ impl Round {
                         *cell = long(pair[0], pair[1]);
                     }
                 }
-                if first + count < all { Step::Cells(first + count) } else { Step::Motion }
+                if first + count < all {
+                    Step::Cells(first + count)
+                } else {
+                    let status = std::mem::take(&mut self.words).status();
+                    let late = status.may_be_late_line();
+                    next.status = Some(status);
+                    if late { Step::Late } else { Step::Motion }
+                }
+            }
+            Step::Late => {
+                if let Some(status) = &mut next.status {
+                    board.explain_late_line(status)?;
+                }
+                Step::Motion
             }
         };
         if self.step != Step::Motion {
@@ -207,7 +222,6 @@ impl Round {
         }
         self.count = self.count.wrapping_add(1);
         next.port = Port::Up;
-        next.status = Some(std::mem::take(&mut self.words).status());
         Ok(Some(next.clone()))
     }
 }
