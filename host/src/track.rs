@@ -14,6 +14,7 @@ use lang::place::Place;
 use lang::plain::{Argument, MOST, Plain, Touch};
 use lang::profile::{OutputRole, Profile, Wiring};
 use lang::record::{AxisRecord, MachineRecord};
+use lang::vm::encode::encode;
 
 use self::along::Along;
 use crate::sim::machine::axes::Axes;
@@ -475,7 +476,8 @@ impl Track {
             }
         }
         // Last: what waits for the path's end would carry them out.
-        list.extend(self.along.instructions());
+        let left = self.along.effects().filter_map(|effect| encode(&effect));
+        list.extend(left.map(|own| (own.values().to_vec(), own.code().to_vec())));
         Ok(list)
     }
 }

@@ -4,9 +4,6 @@ use std::f64::consts::TAU;
 
 use lang::axis::Axis;
 use lang::effect::{Act, Action, Center, Dist, Effect, Lead, Plane};
-use lang::vm::encode::encode;
-
-use super::Instruction;
 
 /// An action, and how far the path is beyond its place.
 #[derive(Clone, Copy, Debug)]
@@ -83,12 +80,9 @@ impl Along {
         self.list.retain(|own| !which(own.action.n));
     }
 
-    /// What has not acted yet, as instructions before the path's next block.
-    pub fn instructions(&self) -> impl Iterator<Item = Instruction> + '_ {
-        let effects = self.list.iter().map(|own| Effect::Sync(own.rest()));
-        effects.filter_map(|effect| {
-            encode(&effect).map(|own| (own.values().to_vec(), own.code().to_vec()))
-        })
+    /// What has not acted yet, as statements before the path's next block.
+    pub fn effects(&self) -> impl Iterator<Item = Effect> + '_ {
+        self.list.iter().map(|own| Effect::Sync(own.rest()))
     }
 }
 
