@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 pub use follow::{Debug, Pace};
 pub use hold::{Hold, KEEP_FRESH, LOOK_AHEAD, Over};
 pub use log::Entry;
-#[cfg(feature = "gateway")]
+#[cfg(any(feature = "gateway", test))]
 pub(crate) use picture::Round;
 pub use picture::{Picture, Port};
 

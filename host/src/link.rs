@@ -7,6 +7,7 @@
 pub mod adu;
 mod holders;
 mod modbus_tcp;
+pub mod mover;
 mod pipe;
 mod serial;
 mod tcp;

@@ -2,17 +2,21 @@
 //!
 //! The check before the first move and a start in the middle both follow the job with it.
 
+mod along;
+
 use std::collections::BTreeMap;
 
 use lang::axis::Axis;
-use lang::effect::{Act, Coord, Effect, Frame, Rate, Want};
+use lang::effect::{Act, Action, Coord, Effect, Frame, Rate, Want};
 use lang::fault::Fault;
 use lang::isa::{Op, flags};
 use lang::place::Place;
 use lang::plain::{Argument, MOST, Plain, Touch};
 use lang::profile::{OutputRole, Profile, Wiring};
 use lang::record::{AxisRecord, MachineRecord};
+use lang::vm::encode::encode;
 
+use self::along::Along;
 use crate::sim::machine::axes::Axes;
 
 /// Outputs of the chain wiring and of the direct one.
@@ -38,6 +42,7 @@ pub struct Track {
     drivers: Option<bool>,
     /// The ON lines that are armed: kind, input or period.
     events: [Option<(u8, i32)>; 4],
+    along: Along,
 }
 
 /// How a board comes to where a job goes on in its middle: lifted, then across, then down.
@@ -64,6 +69,11 @@ impl Approach {
 /// An instruction with its values.
 pub type Instruction = (Vec<i32>, Vec<u8>);
 
+/// Whether it is one of an analog output: these have numbers of their own.
+fn is_analog(action: &Action) -> bool {
+    matches!(action.act, Act::Analog(_))
+}
+
 impl Track {
     /// Every axis at `steps`; bit n of `homed`: axis n is homed.
     pub fn new(profile: &Profile, steps: [i32; 3], homed: u16) -> Track {
@@ -86,6 +96,7 @@ impl Track {
             top: None,
             drivers: None,
             events: [None; 4],
+            along: Along::default(),
         }
     }
 
@@ -146,8 +157,13 @@ impl Track {
     /// # Errors
     /// The fault that the machine will answer it with.
     pub fn follow(&mut self, effect: &Effect) -> Result<(), Fault> {
+        self.end_path(effect);
         match *effect {
-            Effect::Linear { to, .. } | Effect::Arc { to, .. } => self.words(&to)?,
+            Effect::Linear { to, .. } | Effect::Arc { to, .. } => {
+                let before = self.steps();
+                self.words(&to)?;
+                self.block(effect, before);
+            }
             Effect::MoveAxe { axis, to, .. } => {
                 let mut words = [None; 3];
                 words[axis.index()] = Some(to);
@@ -167,13 +183,20 @@ impl Track {
             }
             Effect::SetSpindle(value) => self.spindle = Some(value),
             Effect::Plain(plain, values) => self.plain(plain, values)?,
-            // Who goes on from a later line finds the output as it is behind the place.
-            Effect::Sync(own) => match own.act {
-                Act::Set(level) => self.plain(Plain::SetOut, [own.n, level])?,
-                Act::Pulse(ms) => self.plain(Plain::Pulse, [own.n, ms])?,
-                Act::Analog(value) => self.aout(own.n, value)?,
-            },
-            Effect::SetAout { n, value } => self.aout(n, value)?,
+            Effect::Sync(own) => {
+                match own.act {
+                    Act::Set(_) => self.output(own.n)?,
+                    Act::Pulse(ms) if ms < 0 => return Err(Fault::ValueRange),
+                    Act::Pulse(_) => self.output(own.n)?,
+                    Act::Analog(value) => self.aout(own.n, value)?,
+                }
+                self.along.add(own);
+            }
+            Effect::SetAout { n, value } => {
+                self.aout(n, value)?;
+                self.along.forget(|own| own.n == n && is_analog(own));
+                self.aouts.insert(n, value);
+            }
             Effect::Motors { on, axis } => {
                 self.drivers = Some(on);
                 for axis in axis.map_or(Axis::ALL.to_vec(), |axis| vec![axis]) {
@@ -202,6 +225,64 @@ impl Track {
         Ok(())
     }
 
+    /// A statement that waits for the path's end carries out what is to act along it.
+    fn end_path(&mut self, effect: &Effect) {
+        let ms = match effect {
+            Effect::Linear { .. }
+            | Effect::Arc { .. }
+            | Effect::SetFeed(_)
+            | Effect::SetSpindle(_)
+            | Effect::Sync(_) => return,
+            Effect::Plain(Plain::Wait, [ms, _]) | Effect::Plain(Plain::Pulse, [_, ms]) => {
+                Some(f64::from(*ms).max(0.0))
+            }
+            Effect::Plain(plain, _) if !plain.waits() => Some(0.0),
+            Effect::SetPos { .. } | Effect::Motors { .. } | Effect::SetAout { .. } => Some(0.0),
+            Effect::PrintText(_) | Effect::PrintValue(..) | Effect::PrintEnd => Some(0.0),
+            _ => None,
+        };
+        let acted = self.along.end(ms);
+        self.acted(&acted);
+    }
+
+    /// A block of the path that began at `before`, steps, was followed.
+    fn block(&mut self, effect: &Effect, before: [i32; 3]) {
+        let after = self.steps();
+        let records = &self.record.axes;
+        let um_per_step =
+            [0, 1, 2].map(|i| f64::from(records[i].um) / f64::from(records[i].steps.max(1)));
+        let steps = [0, 1, 2].map(|i| f64::from(after[i]) - f64::from(before[i]));
+        let by = [0, 1, 2].map(|i| steps[i] * um_per_step[i]);
+        let um = match effect {
+            Effect::Arc { clockwise, plane, center, .. } => {
+                along::arc(by, *clockwise, *plane, center, um_per_step)
+            }
+            _ => along::straight(by),
+        };
+        let seconds = match (effect, self.feed) {
+            (Effect::Linear { rapid: true, .. }, _) | (_, None) => {
+                let each =
+                    [0, 1, 2].map(|i| steps[i].abs() / f64::from(records[i].top_rate.max(1)));
+                each.into_iter().fold(0.0, f64::max)
+            }
+            (_, Some(Rate::Um(rate))) => um / f64::from(rate.max(1)),
+            (_, Some(Rate::Steps(rate))) => along::straight(steps) / f64::from(rate.max(1)),
+        };
+        let acted = self.along.block(um, seconds * 1000.0);
+        self.acted(&acted);
+    }
+
+    fn acted(&mut self, actions: &[Action]) {
+        for Action { n, act, .. } in actions {
+            match *act {
+                Act::Set(level) => self.outputs.insert(*n, level),
+                // It is over.
+                Act::Pulse(_) => self.outputs.insert(*n, 0),
+                Act::Analog(value) => self.aouts.insert(*n, value),
+            };
+        }
+    }
+
     fn disarm(&mut self, which: impl Fn((u8, i32)) -> bool) {
         for event in &mut self.events {
             if event.is_some_and(&which) {
@@ -222,9 +303,16 @@ impl Track {
         let [first, second] = values;
         match plain.touches() {
             Touch::Nothing | Touch::Axes => {}
-            Touch::Output => _ = self.outputs.insert(first, second),
-            Touch::Off => _ = self.outputs.insert(first, 0),
+            Touch::Output => {
+                self.along.forget(|own| own.n == first && !is_analog(own));
+                self.outputs.insert(first, second);
+            }
+            Touch::Off => {
+                self.along.forget(|own| own.n == first && !is_analog(own));
+                self.outputs.insert(first, 0);
+            }
             Touch::Port => {
+                self.along.forget(|own| own.n <= 8 && !is_analog(own));
                 for n in 1..=self.most_outputs().min(8) {
                     let role = self.profile.outputs.iter().find(|output| output.n == n);
                     let role = role.and_then(|output| output.role);
@@ -237,13 +325,12 @@ impl Track {
         Ok(())
     }
 
-    /// An analog output gets a value.
-    fn aout(&mut self, n: i32, value: i32) -> Result<(), Fault> {
+    /// Whether an analog output takes a value.
+    fn aout(&self, n: i32, value: i32) -> Result<(), Fault> {
         let own = self.profile.aouts.iter().find(|aout| aout.n == n);
         if !own.is_some_and(|aout| (0..=aout.full()).contains(&value)) {
             return Err(Fault::ValueRange);
         }
-        self.aouts.insert(n, value);
         Ok(())
     }
 
@@ -379,7 +466,8 @@ impl Track {
     }
 
     /// What brings a board whose axes stand where the job does into the state that was followed, without a
-    /// motion: work zeros, F, S, drivers, outputs that are on, spin-up time, ON lines.
+    /// motion: work zeros, F, S, drivers, outputs that are on, spin-up time, ON lines, and outputs that are still to act
+    /// along the path. Of a pulse that had begun there is no rest.
     ///
     /// # Errors
     /// F01.
@@ -417,6 +505,9 @@ impl Track {
                 list.push((vec![value], vec![Op::Event.code(), kind | slot]));
             }
         }
+        // Last: what waits for the path's end would carry them out.
+        let left = self.along.effects().filter_map(|effect| encode(&effect));
+        list.extend(left.map(|own| (own.values().to_vec(), own.code().to_vec())));
         Ok(list)
     }
 }

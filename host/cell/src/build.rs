@@ -135,7 +135,7 @@ impl Builder<'_> {
         if let Some([x, y, z]) = entry.numbers::<3>("corner") {
             return Some([x + size[0] / 2.0, y + size[1] / 2.0, z]);
         }
-        if must && !entry.has("at") {
+        if must && !entry.has("at") && !entry.is_spoilt(&["at", "corner"]) {
             let name = entry.text("name").unwrap_or_default();
             self.wrong(
                 "C003",
@@ -198,11 +198,12 @@ impl Builder<'_> {
                         Err(reason) => self.wrong("C015", entry.span_of("file"), reason),
                     }
                 }
-                None => self.wrong(
+                None if entry.lacks("file") => self.wrong(
                     "C003",
                     entry.span.clone(),
                     format!("missing `file` of feeder \"{name}\""),
                 ),
+                None => {}
             }
         } else {
             let Some(at) = self.stands(entry, [0.0; 3], true) else { return };
@@ -295,7 +296,7 @@ impl Builder<'_> {
             (Some(output), Some(open)) => {
                 Some((output, open, us(entry.number("move_ms").unwrap_or(0.0))))
             }
-            (Some(_), None) => {
+            (Some(_), None) if entry.lacks("open_at") => {
                 self.wrong(
                     "C003",
                     entry.span.clone(),
@@ -303,7 +304,7 @@ impl Builder<'_> {
                 );
                 None
             }
-            (None, _) => None,
+            _ => None,
         };
         let slices = entry.number("slices").unwrap_or(8.0) as u32;
         self.scene.fixtures.push(Fixture {
@@ -350,7 +351,7 @@ impl Builder<'_> {
             _ => &[],
         };
         for key in must {
-            if entry.get(key).is_none() {
+            if entry.lacks(key) {
                 self.wrong(
                     "C003",
                     entry.span.clone(),
@@ -358,7 +359,7 @@ impl Builder<'_> {
                 );
             }
         }
-        if what == "holes" && entry.get("at").is_none() && entry.get("file").is_none() {
+        if what == "holes" && entry.lacks("at") && entry.lacks("file") {
             self.wrong("C003", entry.span.clone(), "missing `at` or `file` of expectation holes");
         }
         let name = entry.text("name").unwrap_or_else(|| match entry.text("place") {
@@ -379,7 +380,7 @@ impl Builder<'_> {
             Problem::error("C004", entry.span_of(key), text).hint(hint)
         };
         let mut number = |key: &str, hint: &str| match entry.number(key) {
-            None if !entry.has(key) => self.problems.push(missing(key, hint)),
+            None if entry.lacks(key) => self.problems.push(missing(key, hint)),
             Some(0.0) => self.problems.push(zero(key, hint)),
             _ => {}
         };
@@ -428,6 +429,7 @@ impl Builder<'_> {
                         spread,
                         each: entry.flag("each"),
                     }),
+                    _ if entry.is_spoilt(&["sigma", "range", "share"]) => {}
                     _ => self.wrong(
                         "C003",
                         entry.span.clone(),
@@ -456,6 +458,7 @@ impl Builder<'_> {
                     within_us: entry.number("within_s").map(|seconds| us(seconds * 1000.0)),
                 });
             }
+            _ if entry.is_spoilt(&["key", "fault"]) => {}
             _ => self.wrong("C003", entry.span.clone(), "a vary has either `key` or `fault`"),
         }
     }

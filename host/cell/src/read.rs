@@ -131,8 +131,13 @@ impl Reader<'_> {
     }
 
     fn top(&mut self, document: &DeTable<'_>) -> Entry {
-        let mut entry =
-            Entry { section: "", variant: String::new(), span: 0..0, values: BTreeMap::new() };
+        let mut entry = Entry {
+            section: "",
+            variant: String::new(),
+            span: 0..0,
+            values: BTreeMap::new(),
+            spoilt: Vec::new(),
+        };
         let sections: Vec<&str> = keys::tables().map(|(name, _)| name).collect();
         self.fill(&mut entry, document, &sections);
         entry
@@ -144,7 +149,8 @@ impl Reader<'_> {
             Some(DeValue::String(kind)) if section == "tool" => kind.to_string(),
             _ => String::new(),
         };
-        let mut entry = Entry { section, variant, span, values: BTreeMap::new() };
+        let (values, spoilt) = (BTreeMap::new(), Vec::new());
+        let mut entry = Entry { section, variant, span, values, spoilt };
         self.fill(&mut entry, table, &[]);
         entry
     }
@@ -172,11 +178,12 @@ impl Reader<'_> {
         }
         for key in known {
             match table.get(key.name) {
-                Some(value) => {
-                    if let Some(checked) = self.value(entry.section, key, value) {
+                Some(value) => match self.value(entry.section, key, value) {
+                    Some(checked) => {
                         entry.values.insert(key.name, (checked, value.span()));
                     }
-                }
+                    None => entry.spoilt.push(key.name),
+                },
                 None if key.default == "must" => {
                     let title = title(entry.section, table);
                     self.wrong(

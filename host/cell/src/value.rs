@@ -35,6 +35,8 @@ pub struct Entry {
     /// The table's bytes.
     pub span: Range<usize>,
     pub(super) values: BTreeMap<&'static str, (Value, Range<usize>)>,
+    /// Keys of the file whose value is wrong, which has been told.
+    pub(super) spoilt: Vec<&'static str>,
 }
 
 impl Entry {
@@ -58,6 +60,18 @@ impl Entry {
     #[must_use]
     pub fn has(&self, key: &str) -> bool {
         self.values.get(key).is_some_and(|(_, span)| !span.is_empty())
+    }
+
+    /// Whether the key is neither there nor has a default. One with a wrong value is there.
+    #[must_use]
+    pub fn lacks(&self, key: &str) -> bool {
+        self.get(key).is_none() && !self.is_spoilt(&[key])
+    }
+
+    /// Whether one of these keys is there with a wrong value.
+    #[must_use]
+    pub fn is_spoilt(&self, keys: &[&str]) -> bool {
+        self.spoilt.iter().any(|key| keys.contains(key))
     }
 
     /// The bytes of a key's value; the table's where it is left out.

@@ -1,5 +1,7 @@
 //! From bytes to lines.
 
+use lang::front::source::utf16;
+
 use super::MAX_BYTES;
 use super::codes::Code;
 use super::diag::{Diag, Diags};
@@ -48,7 +50,7 @@ impl Lines {
             let text = format!("the file has {} bytes; at most {MAX_BYTES} are read", bytes.len());
             return Err(Diag::new(Code::TooLarge, 1, 1, text).hint("cut the file in pieces"));
         }
-        if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
+        if utf16(bytes).is_some() {
             let text = "the file is UTF-16 text";
             return Err(Diag::new(Code::NotText, 1, 1, text).hint("save it as UTF-8"));
         }

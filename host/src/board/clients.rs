@@ -7,7 +7,9 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::pty::Pty;
-use super::turns::{Answer, Ask, Manner, Turns};
+use super::turns::{Answer, Ask, Manner, Question, Turns};
+use crate::link::adu::{open_rtu, rtu};
+use crate::link::mover::{END_JOG, Mover};
 use crate::link::{Link, Pipe};
 
 /// Clients at the TCP port at a time.
@@ -16,6 +18,8 @@ const MOST_CLIENTS: usize = 32;
 const MOST_WAITING: usize = 65_536;
 /// A client's requests are not read further while so many bytes of them wait.
 const MOST_ASKED: usize = 4_096;
+/// The number of who ends the motion of a client that is gone; no client has it.
+const KEEPER: u64 = u64::MAX;
 /// Bytes that make no whole frame go to the line when no more come for this long.
 const GATHER: Duration = Duration::from_millis(4);
 
@@ -43,6 +47,8 @@ pub struct Clients {
     /// Whose turn is looked for first.
     first: usize,
     turns: Turns,
+    /// Who moves the board, whose address is with it.
+    mover: (Mover, u8),
 }
 
 impl Clients {
@@ -142,6 +148,7 @@ impl Clients {
         self.listener.is_none()
             && !self.list.is_empty()
             && self.turns.is_free()
+            && self.mover.0.until().is_none()
             && self.list.iter().all(rests)
     }
 
@@ -150,6 +157,11 @@ impl Clients {
         if !self.turns.is_free() {
             return None;
         }
+        let time = Duration::from_micros(now);
+        if self.mover.0.ends(time) {
+            let frame = rtu(self.mover.1, &END_JOG);
+            return Some(self.turns.begin(KEEPER, Question::Serial(frame), now));
+        }
         let count = self.list.len();
         for place in 0..count {
             let at = (self.first + place) % count;
@@ -157,7 +169,12 @@ impl Clients {
             match client.ask.next(client.grown.elapsed() >= GATHER) {
                 Ok(Some(question)) => {
                     self.first = at + 1;
-                    return Some(self.turns.begin(client.id, question, now));
+                    let frame = self.turns.begin(client.id, question, now);
+                    if let Some((address, pdu)) = open_rtu(&frame) {
+                        self.mover.0.asks(client.id, pdu, time);
+                        self.mover.1 = address;
+                    }
+                    return Some(frame);
                 }
                 Ok(None) => {}
                 Err(_) => {

@@ -337,6 +337,8 @@ mod tests {
 
     use super::*;
     use crate::board::{DEFAULT, G2553};
+    use crate::helm::Round;
+    use crate::link::Link;
     use crate::torture::generate::Case;
     use crate::torture::programs::{Made, make};
 
@@ -344,14 +346,14 @@ mod tests {
         make(Case { script, world: String::new(), independent: false }).expect("it compiles")
     }
 
-    /// Runs an image; `over` is done to the board where its run has ended. What it gives, and what a status says then and what
-    /// behind another emergency stop by the link.
+    /// Runs an image; `over` is done to the board where its run has ended. What it gives, and what a status and a round of looks
+    /// say then, and a status behind another emergency stop by the link.
     fn run_with(
         build: &Build,
         made: &Made,
         image: &[u8],
         over: impl Fn(&mut emulator::Board),
-    ) -> (BoardRun, [Option<&'static str>; 2]) {
+    ) -> (BoardRun, [Option<&'static str>; 3]) {
         let (world, options) = (World::unattended(), Options::default());
         let job = Job {
             build,
@@ -376,20 +378,24 @@ mod tests {
         let end = run.follow().expect("it ends");
         over(rig.borrow_mut().board());
         let ran = run.finish(end).expect("it rests");
-        let mut client = Client::new(InProcess::new(Rc::clone(&rig)), 1);
+        let link: Box<dyn Link> = Box::new(InProcess::new(Rc::clone(&rig)));
+        let mut client = Client::new(link, 1);
         client.find().expect("it answers");
         let said = client.status().expect("a status").text;
+        let mut round = Round::new();
+        let picture = (0..100).find_map(|_| round.look(&mut client).expect("a look"));
+        let seen = picture.and_then(|picture| picture.status).and_then(|status| status.text);
         client.control(Control::Acknowledge).expect("taken");
         client.control(Control::Start).expect("taken");
         client.control(Control::EmergencyStop).expect("taken");
-        (ran, [said, client.status().expect("a status").text])
+        (ran, [said, seen, client.status().expect("a status").text])
     }
 
     #[test]
     fn late_steps_of_a_run_are_in_its_health() {
         let made = made("MoveAxe X, 1mm\n".to_owned());
         for late in [0, 2] {
-            let (ran, [_, stopped]) = run_with(DEFAULT, &made, &made.compiled.image, |board| {
+            let (ran, [.., stopped]) = run_with(DEFAULT, &made, &made.compiled.image, |board| {
                 let step = board.symbol("PASAPAS_STEP").expect("a name");
                 board.poke16(step + 18, late);
             });
@@ -411,6 +417,8 @@ mod tests {
         let (ran, said) = run_with(&G2553, &made, &made.compiled.image, |_| {});
         assert_eq!(ran.outcome.end.fault, Some(Fault::EmergencyStop));
         assert!(ran.outcome.late_line);
-        assert_eq!(said, [Some(LATE_LINE[0]), Some(Fault::EmergencyStop.text())]);
+        // `status`, then what gateway, brokers and OPC UA show, then the stop by the link.
+        let late = Some(LATE_LINE[0]);
+        assert_eq!(said, [late, late, Some(Fault::EmergencyStop.text())]);
     }
 }

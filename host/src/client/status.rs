@@ -67,6 +67,14 @@ pub struct Status {
     pub run_state: Option<RunState>,
 }
 
+impl Status {
+    /// Whether its fault may be a line of a path that came too late, which
+    /// [`explain_late_line`](Client::explain_late_line) finds out: F14 without an input.
+    pub fn may_be_late_line(&self) -> bool {
+        self.fault.as_ref() == Some(&Fault::EmergencyStop.to_string()) && self.input.is_none()
+    }
+}
+
 /// The word for a state in `status`.
 pub const fn state_name(state: RunState) -> &'static str {
     match state {
@@ -169,19 +177,26 @@ impl<L: Link> Client<L> {
             aouts: Vec::new(),
         };
         let mut status = words.status();
-        if self.was_late_line(&status)? {
-            let [text, cause, remedy] = LATE_LINE;
-            (status.text, status.advice) = (Some(text), Some([cause, remedy]));
+        if status.may_be_late_line() {
+            self.explain_late_line(&mut status)?;
         }
         Ok(status)
     }
 
+    /// Puts text and advice of a line that came too late where the F14 of `status` was one.
+    ///
+    /// # Errors
+    /// See [`ClientError`].
+    pub fn explain_late_line(&mut self, status: &mut Status) -> Result<(), ClientError> {
+        if self.was_late_line(status)? {
+            let [text, cause, remedy] = LATE_LINE;
+            (status.text, status.advice) = (Some(text), Some([cause, remedy]));
+        }
+        Ok(())
+    }
+
     /// Whether F14 was a line of a path that came too late: a part that takes slow points keeps the number of that run.
     fn was_late_line(&mut self, status: &Status) -> Result<bool, ClientError> {
-        let code = Fault::EmergencyStop.to_string();
-        if status.fault.as_ref() != Some(&code) || status.input.is_some() {
-            return Ok(false);
-        }
         let words = self.holding(wire::FEATURES, wire::MISSED_DEADLINES - wire::FEATURES + 1)?;
         let run = words[words.len() - 1] >> 8;
         let takes = part_of(words[0]).course_pool > 0;

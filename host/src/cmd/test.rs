@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use lang::fault::LATE_LINE;
 use serde::Serialize;
 
 use super::console::{Console, Options};
@@ -228,7 +229,8 @@ fn ends(outcome: &Outcome, line_of: impl Fn(u32) -> u32) -> Vec<String> {
         (Status::Stopped, _) => list.push(format!("stopped in line {line}")),
         (Status::Fault, None) => list.push(format!("fault in line {line}")),
         (Status::Fault, Some(fault)) => {
-            list.push(format!("fault {fault} in line {line}: {}", fault.text()));
+            let text = if outcome.late_line { LATE_LINE[0] } else { fault.text() };
+            list.push(format!("fault {fault} in line {line}: {text}"));
         }
     }
     list.extend(outcome.failures.iter().cloned());

@@ -20,6 +20,7 @@ use super::turns::{Asker, Turns};
 use crate::client::{Client, ClientError, Heard, Patience};
 use crate::helm::Picture;
 use crate::link::Link;
+use crate::link::mover::END_JOG;
 
 /// The master that a line's thread holds.
 pub type Board = Client<Box<dyn Link>>;
@@ -154,6 +155,7 @@ impl Line {
         answer: Answer,
     ) {
         let station = &self.stations[station];
+        station.heard(asker, &pdu);
         if let Some(reply) = station.kept(&touch, age) {
             station.counters.cached.add();
             return answer(reply);
@@ -253,6 +255,7 @@ impl Owner {
                 self.reopen();
             }
             let Some(work) = self.next() else { break };
+            self.end_jogs();
             match work {
                 None => self.look(),
                 Some(Work::Ask { station, pdu, touch, age, answer }) => {
@@ -285,12 +288,23 @@ impl Owner {
                 return Some(Some(work));
             }
             let open = if self.board.is_none() { self.open_at } else { now + RENEW };
-            let due = look.map_or(open, |look| look.min(open));
+            let held = self.stations.iter().filter_map(|station| station.held_until()).min();
+            let due = [look, held].into_iter().flatten().fold(open, Instant::min);
             if now >= due {
                 return Some(None);
             }
             let wait = self.shared.called.wait_timeout(wants, due - now);
             wants = wait.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// Ends what a client moves by command that has asked for nothing for two seconds, as a board does on a line of its own.
+    fn end_jogs(&mut self) {
+        let own = self.stations.iter().filter(|station| station.is_let_go());
+        for station in own.cloned().collect::<Vec<_>>() {
+            // A board that does not hear this hears nobody, and ends it itself.
+            let _ = self.exchange(&station, &END_JOG, 5, self.reply, true);
+            station.forget();
         }
     }
 

@@ -7,6 +7,8 @@ use super::backoff::{Backoff, Health};
 use super::cache::Cache;
 use super::counters::Counters;
 use super::pdu::Touch;
+use super::turns::Asker;
+use crate::link::mover::Mover;
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
@@ -20,6 +22,8 @@ pub struct Station {
     pub counters: Counters,
     cache: Mutex<Cache>,
     backoff: Mutex<Backoff>,
+    mover: Mutex<Mover>,
+    begun: Instant,
 }
 
 impl Station {
@@ -30,7 +34,24 @@ impl Station {
             counters: Counters::default(),
             cache: Mutex::default(),
             backoff: Mutex::default(),
+            mover: Mutex::default(),
+            begun: Instant::now(),
         }
+    }
+
+    /// A client asks it.
+    pub fn heard(&self, asker: Asker, pdu: &[u8]) {
+        lock(&self.mover).asks(asker, pdu, self.begun.elapsed());
+    }
+
+    /// When the motion of a client that asks no more is to be ended.
+    pub fn held_until(&self) -> Option<Instant> {
+        lock(&self.mover).until().map(|until| self.begun + until)
+    }
+
+    /// Whether that has come. It comes once.
+    pub fn is_let_go(&self) -> bool {
+        lock(&self.mover).ends(self.begun.elapsed())
     }
 
     /// Whether it answers.

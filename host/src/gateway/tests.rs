@@ -434,3 +434,33 @@ fn orders_of_mqtt_and_cards_leave_a_board_alone_that_is_gone() {
     }
     settled(Health::Up);
 }
+
+#[test]
+fn a_jog_of_a_client_that_asks_no_more_is_ended_though_another_one_polls() {
+    let (memory, running) = stand(2, "[[client]]\nfrom = \"any\"\nwrite = [\"all\"]\n");
+    let (mut mover, mut other) = (Guest::new(running.address()), Guest::new(running.address()));
+    let [high, low] = wire::COMMAND.to_be_bytes();
+    let run = [16, high, low, 0, 6, 12, 0, 102, 0, 1, 0x4E, 0x20, 0, 0, 3, 0xE8, 0, 0];
+    assert_eq!(mover.ask(1, &run), run[..5]);
+    let command = |unit: u8| {
+        let memory = memory.lock().unwrap_or_else(PoisonError::into_inner);
+        let at = |register: u16| memory.registers[&unit].get(&register).copied();
+        [at(wire::COMMAND), at(wire::COMMAND + 1)]
+    };
+    // As long as its client asks, of whatever, it goes on.
+    let begun = Instant::now();
+    while begun.elapsed() < Duration::from_secs(3) {
+        mover.ask(1, &read(1, 1));
+        other.ask(1, &read(2, 1));
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert_eq!(command(1), [Some(102), Some(1)]);
+    let begun = Instant::now();
+    while command(1) != [Some(1200), Some(133)] {
+        assert!(begun.elapsed() < PATIENCE, "nothing ends it");
+        other.ask(1, &read(2, 1));
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert!(begun.elapsed() > Duration::from_millis(1_900), "{:?}", begun.elapsed());
+    assert_eq!(command(2), [None, None]);
+}

@@ -79,6 +79,8 @@ enum Step {
     Identity,
     Analog,
     Cells(u16),
+    /// Only where F14 may be a line that came too late.
+    Late,
 }
 
 /// A round of looks at the board, an exchange at a time.
@@ -134,7 +136,7 @@ impl Round {
 
     /// Whether no look of the round has been made yet.
     pub fn is_fresh(&self) -> bool {
-        self.step == Step::Run
+        self.step == Step::Motion
     }
 
     /// Begins from the first look again, with everything read.
@@ -142,7 +144,7 @@ impl Round {
         (self.step, self.count) = (Step::Motion, 0);
     }
 
-    /// Reads some cells, from `first` on. Returns what comes next.
+    /// Reads some cells, from `first` on. Returns what comes next; after the last ones everything has been read.
     fn cells(next: &mut Picture, board: &mut Board, first: u16) -> Result<Step, ClientError> {
         let all = next.cells.len() as u16;
         let count = all.saturating_sub(first).min(CELLS_AT_ONCE);
@@ -152,7 +154,7 @@ impl Round {
                 *cell = long(pair[0], pair[1]);
             }
         }
-        Ok(if first + count < all { Step::Cells(first + count) } else { Step::Motion })
+        Ok(if first + count < all { Step::Cells(first + count) } else { Step::Late })
     }
 
     /// Makes the next look. The picture comes with the round's last one.
@@ -160,8 +162,8 @@ impl Round {
     /// # Errors
     /// See [`ClientError`].
     pub fn look(&mut self, board: &mut Board) -> Result<Option<Picture>, ClientError> {
-        let next = &mut self.next;
-        self.step = match self.step {
+        let (next, was) = (&mut self.next, self.step);
+        self.step = match was {
             // Before the places: what rests then is read where it rests.
             Step::Motion => {
                 let words = board.input(wire::MOVING, wire::LIMITS - wire::MOVING + 1)?;
@@ -216,13 +218,25 @@ impl Round {
             }
             Step::Analog => Round::cells(next, board, 0)?,
             Step::Cells(first) => Round::cells(next, board, first)?,
+            Step::Late => {
+                if let Some(status) = &mut next.status {
+                    board.explain_late_line(status)?;
+                }
+                Step::Motion
+            }
         };
+        if was != Step::Late && self.step == Step::Late {
+            let status = std::mem::take(&mut self.words).status();
+            if !status.may_be_late_line() {
+                self.step = Step::Motion;
+            }
+            next.status = Some(status);
+        }
         if self.step != Step::Motion {
             return Ok(None);
         }
         self.count = self.count.wrapping_add(1);
         next.port = Port::Up;
-        next.status = Some(std::mem::take(&mut self.words).status());
         Ok(Some(next.clone()))
     }
 }

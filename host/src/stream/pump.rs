@@ -437,6 +437,8 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
                     (line, count) = (place.line, place.count);
                 }
             }
+            // Somebody else has said that there is no further piece.
+            End::Done if !self.finished => how = End::Stopped,
             End::Done => {
                 count = self.job.count();
                 if let Some(Over::Broken(own, at)) = self.job.over() {
@@ -447,7 +449,8 @@ impl<'a, 'j, L: Link> Pump<'a, 'j, L> {
         }
         let time = self.client.link().now().saturating_sub(begun_at);
         let starved = self.standing.starved.saturating_sub(self.excused);
-        let keeps = self.job.keeps((end != End::Done).then_some(count));
+        let whole = end == End::Done && self.finished;
+        let keeps = self.job.keeps((!whole).then_some(count));
         Outcome { end: how, fault, line, count, pieces: self.pieces, starved, time, keeps }
     }
 }

@@ -2,6 +2,7 @@
 
 mod handlers;
 mod middle;
+mod others;
 
 use std::time::Duration;
 

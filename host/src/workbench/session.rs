@@ -237,3 +237,16 @@ fn is_operators(wish: &Wish, emulated: bool) -> bool {
             | Wish::Override(_)
     ) || emulated && matches!(wish, Wish::Input(..) | Wish::Press { .. })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Wish, is_operators};
+
+    #[test]
+    fn an_operator_forces_no_input_of_a_real_board() {
+        for wish in [Wish::Input(5, Some(true)), Wish::Press { stop: false, down: true }] {
+            assert!(!is_operators(&wish, false) && is_operators(&wish, true));
+        }
+        assert!(!is_operators(&Wish::Output(1, true), true));
+    }
+}

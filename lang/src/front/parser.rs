@@ -150,6 +150,9 @@ fn statement<'a>(i: In<'a>, builder: &mut Builder<'_>) -> In<'a> {
         Err(nom::Err::Error(failure) | nom::Err::Failure(failure)) => {
             let usage = match i.tok() {
                 Tok::Kw(Kw::On) => Some(foreign::on_usage(i.second().tok)),
+                Tok::Kw(Kw::Wait) if i.second().tok == Tok::Kw(Kw::Until) => {
+                    Some("WAIT UNTIL condition [, time]")
+                }
                 Tok::Kw(kw) | Tok::Quiet(kw) if !kw.is_soft() => Some(kw.entry().usage),
                 Tok::Name if i.second().tok == Tok::Sign(Sign::Eq) => Some("name = expression"),
                 _ => None,

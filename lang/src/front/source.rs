@@ -7,6 +7,28 @@ use super::span::Span;
 /// Longest script that the tools read. Ten thousand lines have about half a megabyte.
 pub const MAX_SOURCE_BYTES: usize = 8 << 20;
 
+/// Pairs of bytes that [`utf16`] looks at where there is no mark.
+const LOOKED_AT: usize = 512;
+
+/// Whether a file is UTF-16 text, and then whether its low bytes come first. Without a mark it is where no pair of bytes of the
+/// beginning is 0 and nine in ten have their zero in the same half, as Latin letters, digits and signs have.
+pub fn utf16(bytes: &[u8]) -> Option<bool> {
+    match bytes {
+        [0xFF, 0xFE, ..] => return Some(true),
+        [0xFE, 0xFF, ..] => return Some(false),
+        _ => {}
+    }
+    let pairs = || bytes.chunks_exact(2).take(LOOKED_AT);
+    let (all, low_first) = (pairs().count(), pairs().filter(|pair| pair[1] == 0).count());
+    let high_first = pairs().filter(|pair| pair[0] == 0).count();
+    let most = |count: usize, other: usize| count > 1 && other == 0 && count * 10 >= all * 9;
+    match () {
+        () if most(low_first, high_first) => Some(true),
+        () if most(high_first, low_first) => Some(false),
+        () => None,
+    }
+}
+
 /// A script's text with its name and its lines.
 #[derive(Clone, Debug)]
 pub struct Source {
@@ -32,7 +54,7 @@ impl Source {
             .hint("`pasapas stream` runs long jobs; `pasapas import` turns them into scripts");
             return (Self::new(name, String::new()), vec![diag]);
         }
-        if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
+        if utf16(bytes).is_some() {
             let diag = Diag::new(Code::NotText, Span::default(), "the file is UTF-16 text")
                 .hint("save it as UTF-8");
             return (Self::new(name, String::new()), vec![diag]);

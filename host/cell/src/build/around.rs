@@ -16,7 +16,10 @@ impl Builder<'_> {
             (None, Some(output)) => Drive::Output(output),
             (None, None) => Drive::Always,
         };
-        if !matches!(drive, Drive::Axis(_)) && !entry.has("mm_s") {
+        if !matches!(drive, Drive::Axis(_))
+            && !entry.has("mm_s")
+            && !entry.is_spoilt(&["drive", "mm_s"])
+        {
             self.wrong(
                 "C003",
                 entry.span.clone(),
@@ -25,7 +28,7 @@ impl Builder<'_> {
         }
         let counter = match (entry.port("counter"), entry.number("counts_mm")) {
             (Some(counter), Some(counts)) => Some((counter, counts)),
-            (Some(_), None) => {
+            (Some(_), None) if entry.lacks("counts_mm") => {
                 self.wrong(
                     "C003",
                     entry.span.clone(),
@@ -33,17 +36,17 @@ impl Builder<'_> {
                 );
                 None
             }
-            (None, _) => None,
+            _ => None,
         };
         let feeds = if entry.has("feeds") {
             match (self.part_named(entry, "feeds"), entry.number("every_ms"), entry.number("gap")) {
                 (Some(part), Some(ms), None) if ms > 0.0 => Some((part, Gap::Time(us(ms)))),
                 (Some(part), None, Some(gap)) if gap > 0.0 => Some((part, Gap::Way(gap))),
-                (Some(_), _, _) => {
+                (Some(_), _, _) if !entry.is_spoilt(&["every_ms", "gap"]) => {
                     self.wrong("C003", entry.span.clone(), format!("conveyor \"{name}\" feeds parts: write either `every_ms` or `gap`, above 0"));
                     None
                 }
-                (None, ..) => None,
+                _ => None,
             }
         } else {
             None
@@ -116,16 +119,20 @@ impl Builder<'_> {
         };
         let Some(eye) = eye else {
             let keys = match kind.as_str() {
-                "beam" | "distance" => "`from` and `to`",
-                "box" => "`at` and `size`",
-                "switch" => "`axis` and `place`",
-                _ => "`at` and `colour`",
+                "beam" | "distance" => ["from", "to"],
+                "box" => ["at", "size"],
+                "switch" => ["axis", "place"],
+                _ => ["at", "colour"],
             };
-            self.wrong(
-                "C003",
-                entry.span.clone(),
-                format!("missing {keys} of sensor \"{name}\", a {kind}"),
-            );
+            let lacking = keys.iter().filter(|key| entry.lacks(key));
+            let lacking: Vec<String> = lacking.map(|key| format!("`{key}`")).collect();
+            if !lacking.is_empty() {
+                self.wrong(
+                    "C003",
+                    entry.span.clone(),
+                    format!("missing {} of sensor \"{name}\", a {kind}", lacking.join(" and ")),
+                );
+            }
             return;
         };
         let mut sees = [false; 3];
@@ -177,7 +184,7 @@ impl Builder<'_> {
                 );
                 None
             }
-            (None, None) => {
+            (None, None) if entry.lacks("at_s") && entry.lacks("when") => {
                 self.wrong(
                     "C003",
                     entry.span.clone(),
@@ -185,11 +192,12 @@ impl Builder<'_> {
                 );
                 None
             }
+            (None, None) => None,
         };
         for (deed, key) in
             [("input", "input"), ("take", "thing"), ("put", "thing"), ("at", "register")]
         {
-            if does == deed && entry.get(key).is_none() {
+            if does == deed && entry.lacks(key) {
                 self.wrong(
                     "C003",
                     entry.span.clone(),

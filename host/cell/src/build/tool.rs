@@ -9,7 +9,7 @@ use crate::value::Entry;
 impl Builder<'_> {
     pub(super) fn tool(&mut self, entry: &Entry, several: bool) {
         let Some(word) = entry.text("kind") else { return };
-        if several && !entry.has("name") {
+        if several && !entry.has("name") && !entry.is_spoilt(&["name"]) {
             self.wrong(
                 "C003",
                 entry.span.clone(),

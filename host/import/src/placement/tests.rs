@@ -88,16 +88,18 @@ fn tables_of_every_system_say_the_same() {
     let semicolons = "Designator;X;Y;Rotation;Side\nR1;10,5;-20,25;90,5;top\n";
     let list = good("a.csv", semicolons);
     assert_eq!((list.parts[0].at, list.parts[0].turned), ([10_500, -20_250], Some(90_500)));
-    let wide: Vec<u8> = [0xFF, 0xFE]
-        .into_iter()
-        .chain(
-            "Designator\tMid X\tMid Y\tRotation\tLayer\r\nR1\t12.7mm\t5mm\t0\tT\r\n"
-                .encode_utf16()
-                .flat_map(u16::to_le_bytes),
-        )
-        .collect();
-    let list = read("a.csv", &wide, None).expect("UTF-16");
-    assert_eq!(list.parts[0].at, [12_700, 5000]);
+    let wide = "Designator\tMid X\tMid Y\tRotation\tLayer\r\nR1\t12.7mm\t5mm\t0\tT\r\n";
+    for (mark, order) in [
+        ("\u{FEFF}", u16::to_le_bytes as fn(u16) -> [u8; 2]),
+        ("", u16::to_le_bytes),
+        ("\u{FEFF}", u16::to_be_bytes),
+        ("", u16::to_be_bytes),
+    ] {
+        let wide = format!("{mark}{wide}");
+        let wide: Vec<u8> = wide.encode_utf16().flat_map(order).collect();
+        let list = read("a.csv", &wide, None).expect("UTF-16");
+        assert_eq!(list.parts[0].at, [12_700, 5000]);
+    }
     let list = good("a.mnb", "D1 15.00 10.00 270 LED,_red LED_0603\nR2 1.00 2.00 0 R_0603\n");
     assert_eq!((list.parts[0].side, list.parts[1].package.as_str()), (Side::Bottom, "R_0603"));
 }

@@ -1,5 +1,7 @@
-//! The encodings that placement files come in: UTF-16 with its mark (EasyEDA), UTF-8, else Windows'
+//! The encodings that placement files come in: UTF-16, mostly with its mark (EasyEDA), UTF-8, else Windows'
 //! Latin-1 (Altium).
+
+use lang::front::source::utf16;
 
 use crate::codes::Code;
 use crate::diag::Diag;
@@ -14,16 +16,16 @@ pub fn decode(bytes: &[u8]) -> Result<String, Diag> {
         return Err(Diag::new(Code::TooLarge, 1, 1, words));
     }
     let wide = |little: bool| {
-        let units = bytes[2..].chunks_exact(2).map(|pair| match little {
+        let units = bytes.chunks_exact(2).map(|pair| match little {
             true => u16::from_le_bytes([pair[0], pair[1]]),
             false => u16::from_be_bytes([pair[0], pair[1]]),
         });
-        char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
+        let chars = char::decode_utf16(units);
+        chars.map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect::<String>()
     };
-    let text: String = match bytes {
-        [0xFF, 0xFE, ..] => wide(true),
-        [0xFE, 0xFF, ..] => wide(false),
-        _ => {
+    let text: String = match utf16(bytes) {
+        Some(little) => wide(little).trim_start_matches('\u{FEFF}').to_owned(),
+        None => {
             let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
             match core::str::from_utf8(bytes) {
                 Ok(text) => text.to_owned(),

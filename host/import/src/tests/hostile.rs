@@ -1,6 +1,6 @@
 //! Damaged files: diagnostics or a script, never a crash, never without end.
 
-use super::refused;
+use super::{refused, shown};
 use crate::{Format, Options, import};
 use lang::front::source::Source;
 use lang::front::{ProfileChoice, compile};
@@ -295,4 +295,24 @@ fn the_least_number_of_64_bits_is_none() {
         let read = crate::line::whole(&n.to_string()).map(|(_, number)| number).ok();
         assert_eq!(read, (n != i64::MIN).then_some(n));
     }
+}
+
+#[test]
+fn utf_16_is_named_with_and_without_its_mark() {
+    for mark in ["\u{FEFF}", ""] {
+        for order in [u16::to_le_bytes as fn(u16) -> [u8; 2], u16::to_be_bytes] {
+            for text in ["G0 X1\n", "(Fräsen, ein längerer Kommentar)\nG1 X1 F100\n"] {
+                let bytes: Vec<u8> =
+                    format!("{mark}{text}").encode_utf16().flat_map(order).collect();
+                let diags = import("a.nc", &bytes, &Options::default()).expect_err("refused");
+                let said = shown("a.nc", &diags);
+                assert!(said.contains("the file is UTF-16 text"), "{mark:?} {text}: {said}");
+                let (_, said) = Source::decode("a.bas", &bytes);
+                assert_eq!(said[0].message, "the file is UTF-16 text", "{mark:?} {text}");
+            }
+        }
+    }
+    // Zeros among letters are none.
+    let (_, said) = Source::decode("a.bas", b"G0 X1\0\0\nG1 X2\n");
+    assert_eq!(said[0].message, "the file is not text: byte 5 is 0");
 }

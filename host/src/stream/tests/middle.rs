@@ -87,3 +87,66 @@ fn the_nearest_line_to_a_place_is_found() {
     let (_, far) = near([30_000, 100_000]);
     assert_eq!(far, 94_000.0);
 }
+
+/// Where output `n` (from 0) was seen on, X in steps, of a job that goes on at a line from where it stands there.
+fn seen_on(text: &str, line: u32, n: usize) -> Vec<i32> {
+    let (program, compiled) = compile(text);
+    let mut stand = Stand::new(&mill()).expect("a board");
+    let client = stand.client();
+    let slots = client.stream_slots().expect("an answer").expect("it can stream");
+    let mut job = Job::new(Feed::new(&compiled).expect("streamable"), slots.bytes.into());
+    let mut track = Track::new(&program.profile, [0; 3], 0);
+    job.skip(from_line(line), &mut track).expect("the state is known");
+    let approach = track.approach([0; 3], [0; 3], None).expect("a way");
+    job.lead(approach.instructions());
+    job.lead(track.restore().expect("a state"));
+    let mut on = Vec::new();
+    let outcome =
+        pump::run_observed(client, &mut job, slots, &mut quietly, None, &mut |client, _, _| {
+            if client.coils(lang::wire::COILS, 3)?[n] {
+                on.push(client.stream_standing()?.steps[0]);
+            }
+            Ok(())
+        });
+    assert_eq!(outcome.expect("an end").end, End::Done);
+    on
+}
+
+/// What SYNC has told before the line and the path has not come to acts where it does in the whole job.
+#[test]
+fn what_is_still_to_act_along_the_path_acts_there() {
+    let text = "F600\nG0 X0\nG1 X5\nSYNC Pulse 1, 400ms\nG1 X10\nSYNC SetOut 2, ON\nG1 X12\n\
+                SYNC SetOut 2, OFF, -3mm\nG1 X13\nG1 X20\nWait 10ms\nG1 X25\n";
+    let pulse = seen_on(text, 5, 0);
+    assert!(!pulse.is_empty() && pulse.iter().all(|x| (480..=960).contains(x)), "{pulse:?}");
+    assert!(seen_on(text, 7, 0).is_empty(), "it was there");
+    let bead = seen_on(text, 10, 1);
+    let last = bead.last().copied().unwrap_or_default();
+    assert!(bead.contains(&1_300) || bead.iter().any(|x| *x > 1_300), "{bead:?}");
+    assert!((1_380..=1_520).contains(&last), "off at X 15: {bead:?}");
+    assert!(seen_on(text, 12, 1).is_empty(), "the path's end was there");
+}
+
+#[test]
+fn the_rest_of_a_lag_is_told_and_what_something_else_switched_is_not() {
+    let last = |text: &str, line: u32| {
+        let (program, compiled) = compile(text);
+        let mut job = Job::new(Feed::new(&compiled).expect("streamable"), 180);
+        let mut track = Track::new(&program.profile, [0; 3], 0);
+        job.skip(from_line(line), &mut track).expect("the state is known");
+        let list = track.restore().expect("a state");
+        let own = lang::isa::Op::Sync.code();
+        let found = list.into_iter().filter(|(_, code)| code[0] == own);
+        found.map(|(values, _)| values).collect::<Vec<_>>()
+    };
+    let sync = "F600\nG1 X5\nSYNC SetOut 2, ON, -600ms\n";
+    assert_eq!(last(&format!("{sync}G1 X6\n"), 4), [[2, 1, -600]]);
+    assert_eq!(last(&format!("{sync}G1 X8\nG1 X9\n"), 5), [[2, 1, -300]]);
+    assert_eq!(last(&format!("{sync}G1 X8\nWait 100ms\nG1 X9\n"), 6), [[2, 1, -200]]);
+    assert_eq!(last(&format!("{sync}G1 X8\nWait 400ms\nG1 X9\n"), 6), [[0; 3]; 0]);
+    assert_eq!(last(&format!("{sync}G1 X8\nSetOut 2, OFF\nG1 X9\n"), 6), [[0; 3]; 0]);
+    assert_eq!(last(&format!("{sync}G1 X8\nMoveAxe X, 1mm\nG1 X9\n"), 6), [[0; 3]; 0]);
+    assert_eq!(last("F600\nSYNC Pulse 1, 20ms, 5mm\nG1 X8\n", 3), [[1, 20, 5_000]]);
+    let arc = "F600\nSYNC SetOut 2, ON, -8mm\nG2 X10 Y0 I5 J0\nG1 X20\n";
+    assert_eq!(last(arc, 4), [[0; 3]; 0], "an arc of 15.7 mm");
+}
