@@ -21,6 +21,7 @@ use std::sync::Arc;
 use cell::check::strikes;
 use cell::kernel::Frame;
 use cell::problem::Problem;
+use cell::scene::Eye;
 use cell::{Names, Port};
 use lang::axis::Axis;
 use lang::hir::{Block, Program, StmtKind};
@@ -143,8 +144,8 @@ impl Scene {
         profile: &Profile,
         deviations: &[cell::vary::Deviation],
     ) -> Result<(), String> {
-        let axes = axes(profile);
-        deviations.iter().try_for_each(|one| strikes::deviation(&self.cell, &axes, one))
+        let known = Known { profile, program: None, axes: axes(profile) };
+        deviations.iter().try_for_each(|one| strikes::deviation(&self.cell, &known, one))
     }
 
     /// The same with deviations: numbers are changed in the cell, faults strike during the run.
@@ -157,6 +158,23 @@ impl Scene {
     /// A file that an expectation names.
     fn file_named(&self, name: &str) -> Result<String, String> {
         read_named(Path::new(&self.file), name)
+    }
+
+    /// Where the reference switch of an axis closes by the cell, mm of its frame: a sensor of kind switch that drives no
+    /// input, or the one with the role.
+    fn switch_of(&self, axis: Axis, profile: &Profile) -> Option<f64> {
+        let role = match axis {
+            Axis::X => InputRole::ReferenceX,
+            Axis::Y => InputRole::ReferenceY,
+            Axis::Z => InputRole::ReferenceZ,
+        };
+        let own = profile.input_with(role).and_then(|input| u32::try_from(input.n).ok());
+        self.cell.sensors.iter().find_map(|sensor| match sensor.eye {
+            Eye::Switch(letter, place, _) if letter == axis.letter() => {
+                (sensor.input.is_none() || sensor.input == own).then_some(place)
+            }
+            _ => None,
+        })
     }
 
     /// The frame of the cell on a machine, and where each reference switch closes, steps from power-up. `placed` are
@@ -185,8 +203,10 @@ impl Scene {
             frame.scale[i] = per_mm * up;
             frame.start[i] = start as f64 / per_mm * up;
             let stands = self.homes || given.is_some() || placed[i].is_some();
-            // The switch opens at its machine position: it is closed from the next step on.
-            switches[i] = stands.then_some(opens + toward - start);
+            // The switch opens at its machine position: it is closed from the next step on. One that the cell gives a
+            // place closes there, wherever the profile believes it to be.
+            let moved = self.switch_of(axis, profile).map(|mm| (mm * up * per_mm).round() as i64);
+            switches[i] = stands.then_some(moved.unwrap_or(opens + toward) - start);
         }
         (frame, switches)
     }
@@ -273,6 +293,23 @@ impl Names for Known<'_> {
         names.sort();
         names.dedup();
         names
+    }
+    fn with_role(&self, port: Port, role: &str) -> Option<u32> {
+        let own = match port {
+            Port::Output => {
+                let role = OutputRole::ALL.into_iter().find(|own| own.name() == role)?;
+                self.profile.output_with(role)?.n
+            }
+            Port::Input if role == "probe" => {
+                Some(self.profile.probe_input()).filter(|n| *n != 0)?
+            }
+            Port::Input => {
+                let role = InputRole::ALL.into_iter().find(|own| own.name() == role)?;
+                self.profile.input_with(role)?.n
+            }
+            Port::Analog | Port::Counter => return None,
+        };
+        u32::try_from(own).ok()
     }
     fn profile(&self) -> &str {
         &self.profile.name

@@ -1,7 +1,8 @@
 //! Makes a scene of the checked tables of a file.
 
 mod around;
-mod tool;
+mod only;
+pub(crate) mod tool;
 mod top;
 
 use super::check::strikes;
@@ -77,12 +78,15 @@ impl Builder<'_> {
             entries.into_iter().partition(|entry| entry.section == "part");
         let mut first = true;
         let several_tools = others.iter().filter(|entry| entry.section == "tool").count() > 1;
+        let persons: Vec<Entry> =
+            others.iter().filter(|entry| entry.section == "person").cloned().collect();
         for entry in &parts {
             self.name(entry);
             self.part(entry);
         }
         for entry in others {
             self.name(&entry);
+            self.only(&entry);
             match entry.section {
                 "" if std::mem::take(&mut first) => self.top(&entry),
                 "" => self.included(&entry),
@@ -98,6 +102,10 @@ impl Builder<'_> {
                 "vary" => self.vary(&entry),
                 _ => {}
             }
+        }
+        // Of a file that is read in part only, names would be missed that are there.
+        if self.problems.iter().all(|problem| !problem.error) {
+            self.person_names(&persons);
         }
     }
 
@@ -398,9 +406,10 @@ impl Builder<'_> {
             return;
         }
         let of = entry.text("of");
-        if let Err(text) = strikes::target(&self.scene, self.names.axes(), fault, of.as_deref()) {
+        if let Err(text) = strikes::target(&self.scene, self.names, fault, of.as_deref()) {
             let (code, span) = match of {
                 Some(_) => ("C011", entry.span_of("of")),
+                None if fault == "door" => ("C011", entry.span_of("fault")),
                 None => ("C003", entry.span.clone()),
             };
             self.wrong(code, span, text);

@@ -5,7 +5,7 @@ mod engraved;
 use super::kernel::Cell;
 use super::list;
 use super::log::What;
-use super::scene::Expect;
+use super::scene::{Expect, ToolKind};
 use super::things::{self, Thing, Where};
 
 /// What the machine says of a run at its end.
@@ -38,6 +38,8 @@ pub struct Row {
     pub holds: bool,
     /// Things that keep it from holding.
     pub things: Vec<String>,
+    /// Of these so many need not be where they are wanted: `count` asks for fewer than there are.
+    pub spare: usize,
 }
 
 /// Two places are the same within this, mm.
@@ -137,7 +139,19 @@ impl Judge<'_> {
             was,
             holds,
             things,
+            spare: self.spare(),
         }
+    }
+
+    /// How many parts of `in_place` need not come to the place.
+    fn spare(&self) -> usize {
+        let count = self.count().filter(|_| self.expect.what == "in_place");
+        count.map_or(0, |count| self.wanted_things().len().saturating_sub(count))
+    }
+
+    /// Things that may come to the place of `in_place`.
+    fn wanted_things(&self) -> Vec<&Thing> {
+        self.of().into_iter().filter(|thing| thing.home != Where::Gone).collect()
     }
 
     fn things(&self) -> impl Iterator<Item = &Thing> {
@@ -199,8 +213,7 @@ impl Judge<'_> {
             }
             _ => false,
         };
-        let parts: Vec<&Thing> =
-            self.of().into_iter().filter(|thing| thing.home != Where::Gone).collect();
+        let parts = self.wanted_things();
         let there = parts.iter().filter(|thing| lies(thing)).count();
         // Two at once: what came with a part is one too many wherever parts are counted.
         let too_many: Vec<String> = self
@@ -211,6 +224,8 @@ impl Judge<'_> {
         let wanted = self.count().unwrap_or(parts.len());
         let missing = parts.iter().filter(|thing| !lies(thing)).map(|thing| thing.name.clone());
         let holds = there == wanted && too_many.is_empty();
+        // Nothing that is missing excuses one too many.
+        let missing = missing.filter(|_| there <= wanted);
         let was = match too_many.as_slice() {
             [] => there.to_string(),
             twins => format!("{there}, and {}", twins.join(", ")),
@@ -295,12 +310,24 @@ impl Judge<'_> {
             }
         }
         was.push(format!("worst {worst:.3} mm"));
-        (
-            format!("{} holes within {within} mm", wanted.len()),
-            was.join(", "),
-            missing + shallow + extra == 0,
-            Vec::new(),
-        )
+        let mut asked = format!("{} holes within {within} mm", wanted.len());
+        let mut fits = true;
+        if let Some(diameter) = self.number("diameter") {
+            asked += &format!(", {diameter} mm wide");
+            if let Some(made) = self.drill().filter(|made| (made - diameter).abs() > SAME) {
+                was.push(format!("{made} mm wide"));
+                fits = false;
+            }
+        }
+        (asked, was.join(", "), fits && missing + shallow + extra == 0, Vec::new())
+    }
+
+    /// Diameter of the drill, mm.
+    fn drill(&self) -> Option<f64> {
+        self.cell.scene().tools.iter().find_map(|tool| match tool.kind {
+            ToolKind::Drill { diameter, .. } => Some(diameter),
+            _ => None,
+        })
     }
 
     fn beads(&self) -> (String, String, bool, Vec<String>) {

@@ -7,6 +7,7 @@ mod around;
 mod belt;
 mod faults;
 mod gripper;
+mod hand;
 mod regions;
 mod shake;
 mod state;
@@ -19,7 +20,7 @@ pub use self::belt::sight;
 
 use super::law::{Law, Steps};
 use super::log::{Event, What};
-use super::region::{Region, Scale, meeting, quiet};
+use super::region::{Region, Scale, quiet};
 use super::scene::{Block, Scene, V3, When};
 use super::things::{self, Thing};
 use std::collections::BTreeSet;
@@ -83,6 +84,8 @@ enum About {
 
 struct Watch {
     about: About,
+    /// Index of the tool that it is about.
+    tool: usize,
     region: Region,
     inside: bool,
 }
@@ -105,7 +108,10 @@ pub struct Cell {
     hits: BTreeSet<(String, String)>,
     /// The line that the script is in, for messages.
     line: u32,
+    /// The tool that acts now, of those of the scene; the others wait in `parked`.
+    hand: usize,
     tool: ToolState,
+    parked: Vec<ToolState>,
     /// Sensors: whether each sees something, by what it sees now.
     seen: Vec<u32>,
     /// What each sensor saw at its last look.
@@ -131,6 +137,8 @@ pub struct Cell {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Fall {
     which: usize,
+    /// The tool on which it hangs.
+    tool: usize,
     /// How often the thing had been taken: the fall belongs to this hold alone.
     taken: u32,
     /// Whether it stuck to a tool that let go; else a tool that holds loses it.
@@ -142,10 +150,10 @@ enum Timer {
     Act(Action),
     Sense(usize, bool),
     Door(usize, bool),
-    /// The tool answers its output.
-    Tool(u32, bool),
-    /// The jaws have closed.
-    Jaws,
+    /// A tool answers its output.
+    Tool(usize, bool),
+    /// The jaws of a tool have closed.
+    Jaws(usize),
     /// A feeder brings the next part.
     Feed(usize),
     /// A person takes the thing of their row away, or puts it back.
@@ -177,7 +185,10 @@ impl Cell {
             log: Vec::new(),
             hits: BTreeSet::new(),
             line: 0,
+            hand: 0,
             tool: ToolState::new(),
+            // A scene without a tool has a head all the same.
+            parked: (0..scene.tools.len().max(1)).map(|_| ToolState::new()).collect(),
             seen: vec![0; scene.sensors.len()],
             looked: vec![None; scene.sensors.len()],
             says: vec![None; scene.sensors.len()],
@@ -235,6 +246,12 @@ impl Cell {
         &self.log
     }
 
+    /// Whether something has collided in a scene that ends a run then.
+    #[must_use]
+    pub fn must_end(&self) -> bool {
+        !self.hits.is_empty() && self.scene.stop_on.iter().any(|class| class == "collision")
+    }
+
     /// The scene.
     #[must_use]
     pub fn scene(&self) -> &Scene {
@@ -255,27 +272,6 @@ impl Cell {
         }
     }
 
-    /// Where the tip is, mm.
-    #[must_use]
-    pub fn tip(&self, at: &Steps) -> V3 {
-        let offset = self.scene.tools.first().map_or([0.0; 3], |first| first.tip);
-        std::array::from_fn(|axis| {
-            self.frame.start[axis] + f64::from(at[axis]) / self.frame.scale[axis] + offset[axis]
-        })
-    }
-
-    /// Head places, in steps, from which a block of the cell's frame is met by a block that hangs from the tip.
-    fn region(&self, standing: &Block, moving: &Block, shrink: f64) -> Region {
-        let offset = self.scene.tools.first().map_or([0.0; 3], |first| first.tip);
-        let from_head = std::array::from_fn(|axis| self.frame.start[axis] + offset[axis]);
-        meeting(standing, &moving.moved(from_head), shrink, self.frame.scale)
-    }
-
-    /// Head places at which the tip lies in a block.
-    fn tip_in(&self, block: &Block) -> Region {
-        self.region(block, &Block { low: [0.0; 3], high: [0.0; 3] }, 0.0)
-    }
-
     fn tell(&mut self, us: u64, what: What) {
         self.log.push(Event { us, what });
     }
@@ -290,8 +286,8 @@ impl Cell {
             self.next = self.next_change(law, now);
         }
         let timer = self.timers.iter().map(|timer| timer.0).min();
-        let shakes = self.tool.shake.due();
-        [self.next, timer, self.tool.due(), shakes, self.next_belt, self.next_look]
+        let tools = self.states().flat_map(|tool| [tool.due(), tool.shake.due()]).flatten().min();
+        [self.next, timer, tools, self.next_belt, self.next_look]
             .into_iter()
             .flatten()
             .min()
@@ -302,7 +298,8 @@ impl Cell {
         let until = law.until()?;
         let (at, end) = (law.at(now), law.at(until));
         // A hole's depth and a bead's length are taken at the end of each law.
-        let mut first = self.tool.is_working().then_some(until).filter(|&when| when > now);
+        let works = self.states().any(ToolState::is_working);
+        let mut first = works.then_some(until).filter(|&when| when > now);
         self.tilt(&at, &end);
         if let Some(quiet) = &self.quiet
             && quiet.holds(&at)
@@ -325,10 +322,10 @@ impl Cell {
         if !tilted || at[..2] == end[..2] {
             return;
         }
-        let top = self.top_of_stock(self.tip(end));
-        let offset = self.scene.tools.first().map_or(0.0, |first| first.tip[2]);
-        let top = (top - self.frame.start[2] - offset) * self.frame.scale[2];
+        let tops: Vec<f64> =
+            (0..self.parked.len()).map(|tool| self.top_in_steps(tool, [end[0], end[1]])).collect();
         for watch in self.watches.iter_mut().filter(|watch| watch.about == About::Stock) {
+            let top = tops[watch.tool];
             if self.frame.scale[2] > 0.0 {
                 watch.region.high[2] = top.floor() as i32
             } else {
@@ -341,13 +338,15 @@ impl Cell {
     /// Lets everything happen until `now`, where the axes are by this law, and gives what is done to the machine.
     pub fn advance(&mut self, law: &dyn Law, now: u64) -> Vec<Action> {
         let at = law.at(now);
-        self.work(&at, now);
-        self.shaken(&at, now);
+        self.each_tool(|cell| {
+            cell.work(&at, now);
+            cell.shaken(&at, now);
+        });
         if law.until().is_none() {
             self.tilt_here(&at);
         }
         self.settle(&at, now);
-        self.pressure(&at, now);
+        self.each_tool(|cell| cell.pressure(&at, now));
         self.belts(&at, now);
         while let Some(index) = self.timers.iter().position(|timer| timer.0 <= now) {
             let (_, timer) = self.timers.remove(index);
@@ -363,18 +362,20 @@ impl Cell {
 
     /// Regions whose answer is another one now.
     fn settle(&mut self, at: &Steps, us: u64) {
-        let mut index = 0;
+        let (mut index, before) = (0, self.hand);
         while let Some(watch) = self.watches.get_mut(index) {
             let inside = watch.region.holds(at);
             index += 1;
             if inside != watch.inside {
                 watch.inside = inside;
-                let about = watch.about;
+                let (about, tool) = (watch.about, watch.tool);
+                self.turn_to(tool);
                 self.quiet = None;
                 self.law = None;
                 self.changed(about, inside, at, us);
             }
         }
+        self.turn_to(before);
     }
 
     /// What follows of a region that the head enters or leaves.
@@ -402,10 +403,10 @@ impl Cell {
     fn hit(&mut self, own: bool, with: String, at: &Steps, us: u64) {
         let thing = match self.tool.held() {
             Some(which) if !own => self.things[which].name.clone(),
-            _ => self.scene.tools.first().map(|first| first.name.clone()).unwrap_or_default(),
+            _ => self.own().map(|own| own.name.clone()).unwrap_or_default(),
         };
         if self.hits.insert((thing.clone(), with.clone())) {
-            let (pos, line) = (self.tip(at), self.line);
+            let (pos, line) = (self.here(at), self.line);
             self.tell(us, What::Hit { thing, with, pos, line });
         }
     }
@@ -426,9 +427,18 @@ impl Cell {
                 }
                 self.tell(us, What::Sense { name, v: on });
             }
-            Timer::Tool(output, on) => self.switch(output, on, at, us),
-            Timer::Falls(fall) => self.falls(fall, at, us),
-            Timer::Jaws => self.closed(at, us),
+            Timer::Tool(tool, on) => {
+                self.turn_to(tool);
+                self.switch(on, at, us);
+            }
+            Timer::Falls(fall) => {
+                self.turn_to(fall.tool);
+                self.falls(fall, at, us);
+            }
+            Timer::Jaws(tool) => {
+                self.turn_to(tool);
+                self.closed(at, us);
+            }
             Timer::Feed(index) => self.feed(index, at, us),
             Timer::Hands(index, puts) => {
                 let name = self.scene.persons[index].thing.clone().unwrap_or_default();
@@ -448,12 +458,16 @@ impl Cell {
     /// An output changes; the axes are where `law` says.
     pub fn output(&mut self, output: u32, on: bool, law: &dyn Law, us: u64) {
         let at = law.at(us);
-        self.work(&at, us);
-        if self.struck.slow_us > 0 {
-            self.timers.push((us + self.struck.slow_us, Timer::Tool(output, on)));
-        } else {
-            self.switch(output, on, &at, us);
-        }
+        self.each_tool(|cell| {
+            cell.work(&at, us);
+            if cell.own().is_none_or(|tool| tool.output != Some(output)) {
+                return;
+            }
+            match cell.struck.slow_us.get(&cell.hand) {
+                Some(late) => cell.timers.push((us + late, Timer::Tool(cell.hand, on))),
+                None => cell.switch(on, &at, us),
+            }
+        });
         if on {
             self.advance_feeders(output, us);
         }

@@ -15,6 +15,7 @@
 //! #     fn has_analog(&self) -> bool { true }
 //! #     fn has(&self, _: cell::Port, _: u32) -> bool { true }
 //! #     fn axes(&self) -> &str { "XYZ" }
+//! #     fn with_role(&self, _: cell::Port, _: &str) -> Option<u32> { None }
 //! # }
 //! let text = "cell = 1\n[[tool]]\nkind = \"vacuum\"\noutput = \"pumpe\"\n";
 //! let problems = cell::read(text, &Mill, &|_| None, &|_| Err(String::new())).unwrap_err();
@@ -75,7 +76,10 @@ pub fn read(
         }
     };
     problems.extend(check::check(&scene, &sources.text, names.profile(), travel));
-    problems.extend(check::inert(&scene, &sources.text));
+    // What has no effect is told of a file that is right else.
+    if problems.iter().all(|problem| !problem.error) {
+        problems.extend(check::inert(&scene, &sources.text, names.profile()));
+    }
     let problems = named(problems);
     if problems.iter().any(|problem| problem.error) { Err(problems) } else { Ok((scene, problems)) }
 }

@@ -44,6 +44,9 @@ impl Names for Placer {
     fn axes(&self) -> &str {
         "XYZ"
     }
+    fn with_role(&self, port: Port, role: &str) -> Option<u32> {
+        (port == Port::Input && role == "door").then_some(4)
+    }
 }
 
 /// The same machine with the smaller chip.
@@ -76,6 +79,9 @@ impl Names for Small {
     }
     fn axes(&self) -> &str {
         "XYZ"
+    }
+    fn with_role(&self, _: Port, _: &str) -> Option<u32> {
+        None
     }
 }
 
@@ -249,7 +255,7 @@ fn another_version_and_a_chip_without_analog_inputs_are_told() {
         ["c:1:8: error[C013]: this cell is of version 2; this program reads 1"]
     );
     assert_eq!(said_on(&Placer, ""), ["c:1:1: error[C003]: missing `cell` of the cell"]);
-    let text = "cell = 1\n[[tool]]\nkind = \"vacuum\"\nanalog = \"vacuum\"\n";
+    let text = "cell = 1\n[[tool]]\nkind = \"vacuum\"\nanalog = \"vacuum\"\noutput = 3\n";
     assert_eq!(said_on(&Small, text), ["c:4:10: error[C014]: analog inputs need part f5529"]);
     assert_eq!(said_on(&Placer, text), [""; 0]);
 }
@@ -431,7 +437,7 @@ fn a_fault_that_strikes_nobody_is_told() {
 #[test]
 fn a_deviation_that_strikes_nobody_is_refused() {
     let scene = scene(AROUND);
-    let told = |text: &str| strikes::deviation(&scene, "XYZ", &Deviation::parse(text).unwrap());
+    let told = |text: &str| strikes::deviation(&scene, &Placer, &Deviation::parse(text).unwrap());
     for (text, wanted) in [
         ("pause", "`pause` needs a time: write \"pause at 12.5s\""),
         ("stuck trey.1 9ms", "fault stuck names no "),

@@ -265,6 +265,9 @@ impl<'a, 'b, B: Hardware> Run<'a, 'b, B> {
         if us >= self.job.options.limit_us {
             return Ok(Some(StopReason::Limit));
         }
+        if self.rig.borrow().cell().is_some_and(|cell| cell.get().must_end()) {
+            return Ok(Some(StopReason::Collision));
+        }
         let world_is_over = self.rig.borrow().world_is_over();
         let pulses = self.rig.borrow().pulses();
         if !world_is_over {

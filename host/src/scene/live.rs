@@ -158,6 +158,12 @@ impl Live {
         &mut self.cell
     }
 
+    /// Whether the run is to end at once: something has collided.
+    #[must_use]
+    pub fn must_end(&self) -> bool {
+        self.cell.must_end()
+    }
+
     /// Outputs that are on.
     #[must_use]
     pub fn outputs_on(&self) -> Vec<u32> {

@@ -127,6 +127,8 @@ pub enum StopReason {
     Statements,
     /// Somebody held Stop.
     Button,
+    /// Something collided, in a cell with `stop_on`.
+    Collision,
     /// The user ended it: Ctrl-C, or nobody reads the output any more.
     Interrupted,
 }
@@ -141,6 +143,7 @@ impl StopReason {
             Self::Limit => "the simulated time is up (`--limit`)",
             Self::Statements => "no run executes more statements: a loop without an end",
             Self::Button => "Stop was held",
+            Self::Collision => "something collided (`stop_on` of the cell)",
             Self::Interrupted => "it was interrupted",
         }
     }

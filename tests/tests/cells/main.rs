@@ -233,5 +233,6 @@ mod beside;
 mod examples;
 mod faults;
 mod generated;
+mod heeded;
 mod played;
 mod proofs;

@@ -165,9 +165,9 @@ impl Builder<'_> {
         let when = match (entry.number("at_s"), entry.text("when")) {
             (Some(at), None) => Some(When::At(us(at * 1000.0))),
             (None, Some(when)) if when == "wait_start" => Some(When::WaitStart),
-            (None, Some(when)) => match (when.strip_suffix(" full"), when.strip_prefix("print ")) {
-                (Some(place), _) => Some(When::Full(place.to_owned())),
-                (None, Some(text)) => Some(When::Print(text.to_owned())),
+            (None, Some(when)) => match (when.strip_prefix("print "), when.strip_suffix(" full")) {
+                (Some(text), _) => Some(When::Print(text.to_owned())),
+                (None, Some(place)) => Some(When::Full(place.to_owned())),
                 (None, None) => {
                     let text = format!(
                         "`when` of person \"{name}\" is \"{when}\"; write wait_start, PLACE full, or print TEXT"

@@ -3,8 +3,18 @@
 use super::{Builder, us};
 use crate::pressure::MOST_MV;
 use crate::problem::Problem;
+use crate::read::Port;
 use crate::scene::{Block, Gripper, Tool, ToolKind, Vacuum};
 use crate::value::Entry;
+
+/// Roles of an output that switches a tool of this kind without an `output`.
+pub(crate) fn roles_of(word: &str) -> &'static [&'static str] {
+    match word {
+        "drill" => &["spindle"],
+        "laser" => &["laser", "spindle"],
+        _ => &[],
+    }
+}
 
 impl Builder<'_> {
     pub(super) fn tool(&mut self, entry: &Entry, several: bool) {
@@ -60,7 +70,7 @@ impl Builder<'_> {
                 width: number("width"),
             },
             "probe" => ToolKind::Probe {
-                input: entry.port("input"),
+                input: entry.port("input").or_else(|| self.names.with_role(Port::Input, "probe")),
                 diameter: number("diameter"),
                 delay_us: number("delay_us") as u64,
             },
@@ -69,6 +79,7 @@ impl Builder<'_> {
         if let ToolKind::Vacuum(vacuum) = &kind {
             self.vacuum(entry, vacuum);
         }
+        let output = self.switched_by(entry, &word);
         let body = entry
             .rows("body")
             .iter()
@@ -81,9 +92,16 @@ impl Builder<'_> {
             number: number("number") as u32,
             tip: entry.numbers("tip").unwrap_or_default(),
             body,
-            output: entry.port("output"),
+            output,
             turn: entry.axis("turn"),
         });
+    }
+
+    /// The output that switches a tool: the one that the file names, else the one with the role that fits.
+    fn switched_by(&self, entry: &Entry, word: &str) -> Option<u32> {
+        let roles = roles_of(word).iter();
+        let by_role = || roles.clone().find_map(|role| self.names.with_role(Port::Output, role));
+        entry.port("output").or_else(by_role)
     }
 
     /// Pressures that can never be reached, and levels that are the wrong way round.

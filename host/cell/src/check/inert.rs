@@ -1,14 +1,15 @@
 //! Keys that a cell file may have and this program does not support yet: each is reported.
 
+use super::super::build::tool::roles_of;
 use super::super::problem::Problem;
-use super::super::scene::{Drive, Eye, Scene, ToolKind, Vary};
+use super::super::scene::{Drive, Eye, Scene, Vary};
 
 /// A fault that is read and strikes nobody yet.
 const FAULT: &str = "power";
 
-/// A warning C016 for everything in a scene that has no effect. `text` is the file.
+/// A warning C016 for everything in a scene that has no effect. `text` is the file, `profile` the machine's name.
 #[must_use]
-pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
+pub fn inert(scene: &Scene, text: &str, profile: &str) -> Vec<Problem> {
     let mut found: Vec<Problem> = Vec::new();
     let mut tell = |name: &str, words: String| {
         let quoted = text.find(&format!("\"{name}\"")).map(|at| at..at + name.len() + 2);
@@ -17,13 +18,25 @@ pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
     };
     for tool in &scene.tools {
         let name = &tool.name;
-        if let ToolKind::Drill { flute, plunge_mm_s, .. } = &tool.kind {
-            if flute.is_some() {
-                tell(name, format!("`flute` of tool \"{name}\" has no effect yet"));
-            }
-            if plunge_mm_s.is_some() {
-                tell(name, format!("`plunge_max_mm_min` of tool \"{name}\" has no effect yet"));
-            }
+        if tool.output.is_none() && !matches!(tool.word.as_str(), "probe" | "none") {
+            let roles = roles_of(&tool.word).join(" or ");
+            let none = if roles.is_empty() {
+                String::new()
+            } else {
+                format!(", and no output of the profile \"{profile}\" has the role {roles}")
+            };
+            tell(
+                name,
+                format!("tool \"{name}\" is never on: it has no `output`{none}; write `output`"),
+            );
+        }
+        if tool.number > 0 {
+            tell(
+                name,
+                format!(
+                    "`number` of tool \"{name}\" has no effect yet: it is always in the head, whatever a T word says"
+                ),
+            );
         }
         if tool.turn.is_some() {
             tell(
@@ -34,17 +47,12 @@ pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
             );
         }
     }
-    if let [_, second, ..] = scene.tools.as_slice() {
-        tell(
-            &second.name,
-            format!(
-                "tool \"{}\" has no effect yet: the first tool is always in the head",
-                second.name
-            ),
-        );
-    }
     if scene.stock.as_ref().is_some_and(|stock| stock.heights.is_some()) {
         tell("heights", "`heights` of [stock] has no effect yet; `tilt` has".to_owned());
+    }
+    for part in scene.parts.iter().filter(|part| !part.metal) {
+        let name = &part.name;
+        tell(name, format!("`metal` of part \"{name}\" has no effect yet: no sensor is inductive"));
     }
     for conveyor in &scene.conveyors {
         let name = &conveyor.name;
@@ -73,8 +81,13 @@ pub fn inert(scene: &Scene, text: &str) -> Vec<Problem> {
             tell(fault, format!("fault \"{fault}\" strikes nobody yet"));
         }
     }
-    if !scene.stop_on.is_empty() {
-        tell("stop_on", "`stop_on` has no effect yet: a run goes on to its end".to_owned());
+    for class in scene.stop_on.iter().filter(|class| *class != "collision") {
+        tell(
+            class,
+            format!(
+                "`stop_on` \"{class}\" has no effect: only a collision is known before the end"
+            ),
+        );
     }
     found
 }

@@ -2,6 +2,7 @@
 //! command line that asks for it is refused.
 
 use crate::build::meant;
+use crate::read::{Names, Port};
 use crate::scene::{Scene, ToolKind};
 use crate::vary::{self, Deviation};
 
@@ -63,31 +64,49 @@ fn targets(scene: &Scene, axes: &str, fault: &str) -> Option<(&'static str, Vec<
     })
 }
 
+/// Whether a thing of this name is in the scene, or may come: a part with a place, or a thing of a feeder or belt as
+/// `tray.3`. A tape, a tube, a bowl and a belt bring things one after the other.
+#[must_use]
+pub fn is_thing(scene: &Scene, name: &str) -> bool {
+    if scene.parts.iter().any(|part| part.name == name && part.at.is_some()) {
+        return true;
+    }
+    name.rsplit_once('.').is_some_and(|(feeder, pocket)| {
+        let pocket = pocket.parse::<usize>().unwrap_or(0);
+        let belt = scene.conveyors.iter().any(|own| own.name == feeder);
+        let feeder = scene.feeders.iter().find(|own| own.name == feeder);
+        pocket > 0
+            && (belt
+                || feeder.is_some_and(|own| {
+                    own.pockets.len() == 1
+                        || pocket <= own.pockets.len() && !own.empty.contains(&(pocket - 1))
+                }))
+    })
+}
+
 /// Whether a fault strikes somebody: `of` is what it names.
 ///
 /// # Errors
 /// What is wrong, in a line: the fault, the name and what there is.
-pub fn target(scene: &Scene, axes: &str, fault: &str, of: Option<&str>) -> Result<(), String> {
-    let Some((word, known)) = targets(scene, axes, fault) else { return Ok(()) };
+pub fn target(
+    scene: &Scene,
+    names: &dyn Names,
+    fault: &str,
+    of: Option<&str>,
+) -> Result<(), String> {
+    if fault == "door" && names.with_role(Port::Input, "door").is_none() {
+        return Err(format!(
+            "fault door strikes nothing: the profile \"{}\" has no door; an input with role = \"door\" is one",
+            names.profile()
+        ));
+    }
+    let Some((word, known)) = targets(scene, names.axes(), fault) else { return Ok(()) };
     let Some(of) = of.filter(|of| !of.is_empty()) else {
         let names: Vec<&str> = known.iter().map(String::as_str).collect();
         let has = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
         return Err(format!("missing `of` of fault {fault}: a {word}; there is {has}"));
     };
-    // A thing of a feeder: `tray.3`. A tape, a tube, a bowl and a belt bring things one after the other.
-    let is_thing = word.contains("thing")
-        && of.rsplit_once('.').is_some_and(|(feeder, pocket)| {
-            let pocket = pocket.parse::<usize>().unwrap_or(0);
-            let belt = scene.conveyors.iter().any(|own| own.name == feeder);
-            let feeder = scene.feeders.iter().find(|own| own.name == feeder);
-            pocket > 0
-                && (belt
-                    || feeder.is_some_and(|own| {
-                        own.pockets.len() == 1
-                            || pocket <= own.pockets.len() && !own.empty.contains(&(pocket - 1))
-                    }))
-        });
-    if is_thing || known.iter().any(|name| name == of) {
+    if word.contains("thing") && is_thing(scene, of) || known.iter().any(|name| name == of) {
         return Ok(());
     }
     let names: Vec<&str> = known.iter().map(String::as_str).collect();
@@ -116,7 +135,7 @@ pub fn changes(scene: &Scene, key: &str) -> bool {
 ///
 /// # Errors
 /// What is wrong, in a line, with the remedy.
-pub fn deviation(scene: &Scene, axes: &str, deviation: &Deviation) -> Result<(), String> {
+pub fn deviation(scene: &Scene, names: &dyn Names, deviation: &Deviation) -> Result<(), String> {
     let Deviation { what, of, by, at_us } = deviation;
     if what.contains('.') {
         if !changes(scene, what) {
@@ -126,7 +145,7 @@ pub fn deviation(scene: &Scene, axes: &str, deviation: &Deviation) -> Result<(),
         let own = (!of.is_empty()).then_some(of.as_str()).filter(|of| *of != feeder);
         if let Some(of) = own
             && (of.rsplit_once('.').is_none_or(|(name, _)| name != feeder)
-                || target(scene, axes, "missing", Some(of)).is_err())
+                || target(scene, names, "missing", Some(of)).is_err())
         {
             return Err(format!("`{what}`: \"{of}\" is no thing of \"{feeder}\""));
         }
@@ -135,7 +154,7 @@ pub fn deviation(scene: &Scene, axes: &str, deviation: &Deviation) -> Result<(),
         }
         return Ok(());
     }
-    target(scene, axes, what, Some(of))?;
+    target(scene, names, what, Some(of))?;
     if needs_time(what) && at_us.is_none() {
         return Err(format!("`{what}` needs a time: write \"{} at 12.5s\"", deviation.text()));
     }

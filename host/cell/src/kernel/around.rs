@@ -15,7 +15,7 @@ impl Cell {
         regions: &mut Vec<(About, Region)>,
     ) {
         if let Eye::Switch(axis, place, side) = &sensor.eye {
-            let Some(axis) = "XYZ".find(*axis) else { return };
+            let Some(axis) = "XYZ".find(*axis).filter(|_| self.hand == 0) else { return };
             let mut low = [i32::MIN; 3];
             let mut high = [i32::MAX; 3];
             let steps = ((place - self.frame.start[axis]) * self.frame.scale[axis]).round() as i32;
@@ -35,12 +35,15 @@ impl Cell {
         };
         if sensor.sees[1] {
             regions.extend(
-                body.iter().map(|part| (About::Sensor(index), self.region(&block, part, 0.0))),
+                body.iter()
+                    .map(|part| (About::Sensor(index), self.region(self.hand, &block, part, 0.0))),
             );
         }
         if sensor.sees[0] || sensor.sees[2] {
             regions.extend(
-                hanging.iter().map(|part| (About::Sensor(index), self.region(&block, part, 0.0))),
+                hanging
+                    .iter()
+                    .map(|part| (About::Sensor(index), self.region(0, &block, part, 0.0))),
             );
         }
     }

@@ -103,8 +103,10 @@ impl Cell {
                 self.struck.double.insert(which);
             }
             ("gone", _) => self.timers.push((at_us, Timer::Act(Action::Gone))),
-            ("slow", _) if self.scene.tools.iter().any(|tool| tool.name == *of) => {
-                self.struck.slow_us = us.unwrap_or(0);
+            ("slow", _) => {
+                // Of sensors and feeders it is in the scene already.
+                let slow = self.scene.tools.iter().position(|tool| tool.name == *of);
+                self.struck.slow_us.extend(slow.zip(us.filter(|us| *us > 0)));
             }
             ("dead_on" | "dead_off", _) => {
                 if let Some(input) = self.input_of(of) {

@@ -7,7 +7,7 @@ use crate::things::Where;
 
 impl Cell {
     fn gripper(&self) -> Option<Gripper> {
-        match &self.scene.tools.first()?.kind {
+        match &self.own()?.kind {
             ToolKind::Gripper(gripper) => Some(gripper.clone()),
             _ => None,
         }
@@ -17,9 +17,9 @@ impl Cell {
     pub(super) fn jaws(&mut self, close: bool, at: &Steps, us: u64) {
         let Some(gripper) = self.gripper() else { return };
         // Jaws that turn back before they have met close on nothing.
-        self.timers.retain(|timer| timer.1 != Timer::Jaws);
+        self.timers.retain(|timer| timer.1 != Timer::Jaws(self.hand));
         if close {
-            self.timers.push((us + gripper.close_us, Timer::Jaws));
+            self.timers.push((us + gripper.close_us, Timer::Jaws(self.hand)));
             return;
         }
         for input in [gripper.input_closed, gripper.input_gripped].into_iter().flatten() {
@@ -46,7 +46,7 @@ impl Cell {
             self.actions.extend(gripper.input_gripped.map(|input| Action::Input(input, true)));
             return;
         }
-        let tip = self.tip(at);
+        let tip = self.here(at);
         let across = usize::from(!gripper.along_x);
         let found = (0..self.things.len()).find(|&which| {
             if self.rides(which) {

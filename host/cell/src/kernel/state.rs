@@ -22,6 +22,8 @@ pub(super) struct ToolState {
     pub(super) due: Option<u64>,
     /// The hole that the drill is in, with its depth.
     pub(super) hole: Option<([f64; 2], f64)>,
+    /// Where and when the plunge began that is being measured: height in mm, us.
+    pub(super) plunge: Option<(f64, u64)>,
     /// It only touches the stock, which tells that: it does not turn.
     pub(super) probes: bool,
     /// When a drill turns.
@@ -29,6 +31,8 @@ pub(super) struct ToolState {
     /// Where and when a bead began, and its way so far.
     pub(super) bead: Option<(V3, u64, f64)>,
     pub(super) last: V3,
+    /// Index of the way that it draws.
+    pub(super) drawn: usize,
     /// What it knows of the head's acceleration.
     pub(super) shake: Shake,
 }
@@ -43,10 +47,12 @@ impl ToolState {
             held: None,
             due: None,
             hole: None,
+            plunge: None,
             probes: false,
             turns_at: None,
             bead: None,
             last: [0.0; 3],
+            drawn: 0,
             shake: Shake::default(),
         }
     }
@@ -115,8 +121,8 @@ pub(super) struct Struck {
     pub(super) twins: BTreeMap<usize, usize>,
     /// Things that fall so long after they were taken, us.
     pub(super) lost: BTreeMap<usize, u64>,
-    /// The tool answers its output so much later, us.
-    pub(super) slow_us: u64,
+    /// Tools that answer their outputs so much later, us.
+    pub(super) slow_us: BTreeMap<usize, u64>,
     /// What strikes a part when its feeder or belt brings it.
     pub(super) coming: Vec<Deviation>,
     /// Inputs that hang in a state.

@@ -15,14 +15,18 @@ impl Cell {
     /// step out of it.
     pub fn quiet_box(&mut self, at: &Steps) -> Region {
         let mut stays = quiet(self.watches.iter().map(|watch| (&watch.region, watch.inside)), at);
-        if self.tool.drills() || self.hold_n().is_some() {
+        let tools = 0..self.parked.len();
+        if tools.clone().any(|tool| self.state_of(tool).drills() || self.holds(tool).is_some()) {
             // How deep a hole is, whether the drill stays in it, and the acceleration are known at each step.
             stays = narrowed(stays, at, [0; 3]);
-        } else if self.tool.is_working() {
+        } else if self.states().any(|tool| tool.is_working()) {
             let chord = self.frame.scale.map(|scale| (scale.abs() * CHORD_MM).ceil() as i32);
             stays = narrowed(stays, at, chord);
         }
-        if self.is_tilted() { self.over_slope(stays, at) } else { stays }
+        if !self.is_tilted() {
+            return stays;
+        }
+        tools.fold(stays, |stays, tool| self.over_slope(tool, stays, at))
     }
 
     /// When the cell must be called next by itself while all axes rest, not before `now`.
@@ -36,8 +40,11 @@ impl Cell {
 
     /// Over a tilted stock the height of its top depends on the place: the box is so small that the tip stays on its
     /// side of the top everywhere in it.
-    fn over_slope(&self, stays: Region, at: &Steps) -> Region {
-        let inside = self.watches.iter().any(|watch| watch.about == About::Stock && watch.inside);
+    fn over_slope(&self, tool: usize, stays: Region, at: &Steps) -> Region {
+        let inside = self
+            .watches
+            .iter()
+            .any(|watch| watch.about == About::Stock && watch.tool == tool && watch.inside);
         let up = self.frame.scale[2] > 0.0;
         let mut wide = WIDEST;
         loop {
@@ -46,7 +53,7 @@ impl Cell {
             let corners = [0, 1, 2, 3].map(|corner| {
                 let x = if corner & 1 == 0 { small.low[0] } else { small.high[0] };
                 let y = if corner & 2 == 0 { small.low[1] } else { small.high[1] };
-                self.top_in_steps([x, y])
+                self.top_in_steps(tool, [x, y])
             });
             // With the sign of "upward" all heights are compared alike.
             let sign = if up { 1.0 } else { -1.0 };
@@ -73,11 +80,10 @@ impl Cell {
         }
     }
 
-    /// The top of the stock as a place of Z in steps, where X and Y stand so.
-    fn top_in_steps(&self, [x, y]: [i32; 2]) -> f64 {
-        let top = self.top_of_stock(self.tip(&[x, y, 0, 0]));
-        let offset = self.scene.tools.first().map_or(0.0, |tool| tool.tip[2]);
-        (top - self.frame.start[2] - offset) * self.frame.scale[2]
+    /// The top of the stock as a place of Z in steps for the tip of a tool, where X and Y stand so.
+    pub(super) fn top_in_steps(&self, tool: usize, [x, y]: [i32; 2]) -> f64 {
+        let top = self.top_of_stock(self.tip_of(tool, &[x, y, 0, 0]));
+        (top - self.frame.start[2] - self.offset(tool)[2]) * self.frame.scale[2]
     }
 
     /// The region of a tilted stock has the height of its top where the tip is now.
@@ -85,9 +91,11 @@ impl Cell {
         if !self.is_tilted() {
             return;
         }
-        let steps = self.top_in_steps([at[0], at[1]]);
+        let tops: Vec<f64> =
+            (0..self.parked.len()).map(|tool| self.top_in_steps(tool, [at[0], at[1]])).collect();
         let up = self.frame.scale[2] > 0.0;
         for watch in self.watches.iter_mut().filter(|watch| watch.about == About::Stock) {
+            let steps = tops[watch.tool];
             if up {
                 watch.region.high[2] = (steps + 1e-6).floor() as i32;
             } else {

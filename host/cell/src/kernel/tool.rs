@@ -10,6 +10,13 @@ use crate::things::{Where, landing};
 /// A drill that stands still may touch a stock that tells it so deep, mm: the way in which an axis stops.
 const TOUCH_MM: f64 = 0.3;
 
+/// A flute that is exactly as long as the hole is deep is long enough: less than a step, mm.
+const DEEP_MM: f64 = 0.001;
+/// A plunge is measured over so long, us: shorter ones are not judged.
+const PLUNGE_US: u64 = 10_000;
+/// Faster than this share of what a drill bears is too fast: times are whole microseconds.
+const PLUNGE_SHARE: f64 = 1.01;
+
 fn distance(a: V3, b: V3) -> f64 {
     (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f64>().sqrt()
 }
@@ -17,23 +24,21 @@ fn distance(a: V3, b: V3) -> f64 {
 impl Cell {
     /// The nozzle's numbers, if the tool is one.
     fn nozzle(&self) -> Option<Vacuum> {
-        match &self.scene.tools.first()?.kind {
+        match &self.own()?.kind {
             ToolKind::Vacuum(vacuum) => Some(vacuum.clone()),
             _ => None,
         }
     }
 
     /// The tool's output changes.
-    pub(super) fn switch(&mut self, output: u32, on: bool, at: &Steps, us: u64) {
+    pub(super) fn switch(&mut self, on: bool, at: &Steps, us: u64) {
         let scene = self.scene.clone();
-        let Some(tool) = scene.tools.first().filter(|tool| tool.output == Some(output)) else {
-            return;
-        };
+        let Some(tool) = scene.tools.get(self.hand) else { return };
         if self.tool.on == on {
             return;
         }
         self.tool.on = on;
-        let tip = self.tip(at);
+        let tip = self.here(at);
         match &tool.kind {
             ToolKind::Vacuum(_) => self.aim(us),
             ToolKind::Gripper(_) => self.jaws(on, at, us),
@@ -45,6 +50,7 @@ impl Cell {
             }
             ToolKind::Flow { flow_mg_s, open_us, close_us, reach, .. } => {
                 if on {
+                    self.tool.drawn = self.drawn.len();
                     self.drawn.push(vec![[tip[0], tip[1]]]);
                     self.tool.bead = Some((tip, us + open_us, 0.0));
                     self.tool.last = tip;
@@ -84,12 +90,12 @@ impl Cell {
         if !self.tool.is_working() {
             return;
         }
-        let tip = self.tip(at);
+        let tip = self.here(at);
         if let Some((_, since, mm)) = &mut self.tool.bead
             && us >= *since
         {
             *mm += distance(self.tool.last, tip);
-            if let Some(way) = self.drawn.last_mut()
+            if let Some(way) = self.drawn.get_mut(self.tool.drawn)
                 && self.tool.last != tip
             {
                 way.push([tip[0], tip[1]]);
@@ -97,7 +103,7 @@ impl Cell {
         }
         self.tool.last = tip;
         let top = self.top_of_stock(tip);
-        let radius = self.scene.tools.first().map_or(0.0, |tool| match tool.kind {
+        let radius = self.own().map_or(0.0, |tool| match tool.kind {
             ToolKind::Drill { diameter, .. } => diameter / 2.0,
             _ => 0.0,
         });
@@ -114,11 +120,41 @@ impl Cell {
             if (middle[0] - tip[0]).hypot(middle[1] - tip[1]) > radius {
                 self.broken("moved sideways in its hole", tip, us);
             }
+            if turns {
+                self.bears(top - tip[2], tip, us);
+            }
+        }
+    }
+
+    /// What a turning drill bears: no deeper than its flute, no faster than it cuts. `deep` is below the top, mm.
+    fn bears(&mut self, deep: f64, tip: V3, us: u64) {
+        let Some(ToolKind::Drill { flute, plunge_mm_s, .. }) =
+            self.own().map(|tool| tool.kind.clone())
+        else {
+            return;
+        };
+        if flute.is_some_and(|flute| deep > flute + DEEP_MM) {
+            self.broken("went deeper than its flute", tip, us);
+        }
+        let Some(most) = plunge_mm_s else { return };
+        match self.tool.plunge {
+            // From step to step, so that the speed is exact.
+            Some((from, since)) if tip[2] < from => {
+                let took = us.saturating_sub(since);
+                if took >= PLUNGE_US {
+                    if (from - tip[2]) / took as f64 * 1e6 > most * PLUNGE_SHARE {
+                        self.broken("was plunged faster than it bears", tip, us);
+                    }
+                    self.tool.plunge = Some((tip[2], us));
+                }
+            }
+            Some((from, _)) if tip[2] == from => {}
+            _ => self.tool.plunge = Some((tip[2], us)),
         }
     }
 
     fn broken(&mut self, why: &'static str, pos: V3, us: u64) {
-        let tool = self.scene.tools.first().map(|tool| tool.name.clone()).unwrap_or_default();
+        let tool = self.own().map(|tool| tool.name.clone()).unwrap_or_default();
         if self.hits.insert((tool.clone(), why.to_owned())) {
             let line = self.line;
             self.tell(us, What::Broke { tool, why, pos, line });
@@ -131,12 +167,12 @@ impl Cell {
         if let Some(input) = scene.stock.as_ref().and_then(|stock| stock.touch) {
             self.actions.push(Action::Input(input, inside));
         }
-        let tip = self.tip(at);
-        match scene.tools.first().map(|tool| &tool.kind) {
+        let tip = self.here(at);
+        match scene.tools.get(self.hand).map(|tool| &tool.kind) {
             Some(ToolKind::Drill { .. }) if inside => {
                 if self.tool.turns_at.is_some_and(|turns| turns <= us) {
                     self.tool.hole = Some(([tip[0], tip[1]], 0.0));
-                    self.tool.last = tip;
+                    (self.tool.plunge, self.tool.last) = (Some((tip[2], us)), tip);
                 } else if scene.stock.as_ref().is_some_and(|stock| stock.touch.is_some()) {
                     // The stock tells that it is touched: a drill may probe it.
                     self.tool.hole = Some(([tip[0], tip[1]], 0.0));
@@ -246,7 +282,7 @@ impl Cell {
         self.tool.held = Some(which);
         self.tool.contact = None;
         self.left_feeder(which, us);
-        let by = self.scene.tools.first().map(|tool| tool.name.clone()).unwrap_or_default();
+        let by = self.own().map(|tool| tool.name.clone()).unwrap_or_default();
         let thing = self.things[which].name.clone();
         self.tell(us, What::Take { thing, by });
         self.doubles(which);
@@ -278,7 +314,8 @@ impl Cell {
 
     /// What hangs on the tool falls later; what sticks to it does so once.
     fn falls_after(&mut self, which: usize, after: u64, stuck: bool, us: u64) {
-        let timer = Timer::Falls(Fall { which, taken: self.things[which].taken, stuck });
+        let timer =
+            Timer::Falls(Fall { which, tool: self.hand, taken: self.things[which].taken, stuck });
         if !self.timers.iter().any(|own| own.1 == timer) {
             self.timers.push((us + after, timer));
         }
@@ -286,7 +323,7 @@ impl Cell {
 
     /// A thing that stuck or is lost falls now, unless it was let go or taken again since.
     pub(super) fn falls(&mut self, fall: Fall, at: &Steps, us: u64) {
-        let Fall { which, taken, stuck } = fall;
+        let Fall { which, taken, stuck, .. } = fall;
         if self.tool.held != Some(which) || self.things[which].taken != taken {
             return;
         }
@@ -319,8 +356,13 @@ impl Cell {
 
     /// The most that holds what hangs on the tool, N, if there is a limit and something hangs.
     pub(super) fn hold_n(&self) -> Option<f64> {
-        self.tool.held()?;
-        match &self.scene.tools.first()?.kind {
+        self.holds(self.hand)
+    }
+
+    /// The same of a tool.
+    pub(super) fn holds(&self, tool: usize) -> Option<f64> {
+        self.state_of(tool).held()?;
+        match &self.scene.tools.get(tool)?.kind {
             ToolKind::Vacuum(vacuum) => vacuum.hold_n,
             _ => None,
         }

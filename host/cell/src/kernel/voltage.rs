@@ -37,11 +37,13 @@ impl Cell {
     #[must_use]
     pub fn voltages(&self, at: &Steps, us: u64) -> Vec<(u32, u16)> {
         let mut all = Vec::new();
-        if let Some(ToolKind::Vacuum(vacuum)) = self.scene.tools.first().map(|tool| &tool.kind)
-            && let Some(analog) = vacuum.analog
-        {
-            let kpa = self.tool.vacuum().at(us);
-            all.push((analog, millivolts(vacuum.volts_at(kpa))));
+        for (tool, state) in self.scene.tools.iter().zip(self.states()) {
+            if let ToolKind::Vacuum(vacuum) = &tool.kind
+                && let Some(analog) = vacuum.analog
+            {
+                let kpa = state.vacuum().at(us);
+                all.push((analog, millivolts(vacuum.volts_at(kpa))));
+            }
         }
         for sensor in &self.scene.sensors {
             if let (Eye::Distance(from, to, volts), Some(analog)) = (&sensor.eye, sensor.analog) {
@@ -56,9 +58,11 @@ impl Cell {
     fn first_in_sight(&self, sensor: &Sensor, from: V3, to: V3, at: &Steps) -> f64 {
         let tip = self.tip(at);
         let [parts, tools, held] = sensor.sees;
-        let body = self.scene.tools.first().filter(|_| tools).map(|tool| tool.body.as_slice());
-        let mut blocks: Vec<Block> =
-            body.unwrap_or_default().iter().map(|block| block.moved(tip)).collect();
+        let mut blocks: Vec<Block> = Vec::new();
+        for (index, tool) in self.scene.tools.iter().enumerate().filter(|_| tools) {
+            let own = self.tip_of(index, at);
+            blocks.extend(tool.body.iter().map(|block| block.moved(own)));
+        }
         for thing in &self.things {
             match thing.place {
                 Where::Stands(_) if parts => blocks.extend(thing.standing()),
@@ -73,15 +77,16 @@ impl Cell {
 
     /// The time of the next look at voltages that change while nothing else happens; `None`: they rest.
     pub(super) fn next_look(&self, us: u64) -> Option<u64> {
-        let gauges = self.scene.tools.first().is_some_and(|tool| match &tool.kind {
-            ToolKind::Vacuum(vacuum) if vacuum.analog.is_some() => {
-                let pressure = self.tool.vacuum();
-                let [now, end] = [pressure.at(us), pressure.target()]
-                    .map(|kpa| millivolts(vacuum.volts_at(kpa)));
-                now != end
-            }
-            _ => false,
-        });
+        let gauges =
+            self.scene.tools.iter().zip(self.states()).any(|(tool, state)| match &tool.kind {
+                ToolKind::Vacuum(vacuum) if vacuum.analog.is_some() => {
+                    let pressure = state.vacuum();
+                    let [now, end] = [pressure.at(us), pressure.target()]
+                        .map(|kpa| millivolts(vacuum.volts_at(kpa)));
+                    now != end
+                }
+                _ => false,
+            });
         let runs = self.belts.iter().any(|belt| belt.runs.is_some());
         let sights = self.scene.sensors.iter().zip(&self.seen).any(|(sensor, &seen)| {
             sensor.analog.is_some()

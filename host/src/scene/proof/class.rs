@@ -106,7 +106,11 @@ pub fn classify(
     let mut handled = false;
     for row in report.rows.iter().filter(|row| !row.holds) {
         let late = row.what == "time" && struck(&["pause", "late", "door", "stop"]);
-        let by_things = !row.things.is_empty() && row.things.iter().all(excused);
+        // Of parts that `count` does not ask for, those that stayed in their feeder are no matter.
+        let (open, known) = (row.things.iter().filter(|thing| !excused(thing)), &report.stayed);
+        let (stayed, others): (Vec<_>, Vec<_>) = open.partition(|thing| known.contains(thing));
+        let by_things =
+            !row.things.is_empty() && others.is_empty() && stayed.len() <= row.spare;
         if !late && !by_things {
             return Class::Wrong;
         }

@@ -8,6 +8,7 @@ use crate::scene::Report;
 use crate::scene::heard::Heard;
 use crate::scene::live::{HostDeed, Shared};
 use crate::sim::End;
+use crate::sim::record::StopReason;
 use crate::sim::trace::What;
 
 /// People of a cell who wait for a program that waits for Start press it after so long without a sign of life, us: as
@@ -50,10 +51,13 @@ impl Native {
         if std::mem::replace(&mut around.calls, calls) == calls {
             return;
         }
-        let (deeds, edges, taken) = {
+        let (deeds, edges, taken, ends) = {
             let mut cell = around.cell.get();
-            (cell.take_deeds(), cell.take_edges(), cell.take_taken())
+            (cell.take_deeds(), cell.take_edges(), cell.take_taken(), cell.must_end())
         };
+        if ends {
+            self.halt(StopReason::Collision);
+        }
         self.scene.scenario.taken(&taken, self.now_us());
         if !deeds.is_empty() || !edges.is_empty() {
             self.board.disturb();
