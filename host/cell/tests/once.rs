@@ -24,6 +24,9 @@ impl Names for Plain {
     fn profile(&self) -> &str {
         "plain"
     }
+    fn with_role(&self, _: Port, _: &str) -> Option<u32> {
+        None
+    }
     fn has_analog(&self) -> bool {
         true
     }
