@@ -468,7 +468,7 @@ fn a_streamed_job_without_its_host_ends_with_the_safe_value() {
         // Nobody feeds it for two seconds, then it comes to rest.
         pause(&mut stand, 4_000);
         let fault = stand.client().holding(FAULT, 1).expect("an answer")[0];
-        assert_eq!(fault, Fault::LinkLost.number().into());
+        assert_eq!(fault, u16::from(Fault::LinkLost.number()));
         assert_eq!(value(&mut stand), safe);
         let (part, _) = duty(&edges(&mut stand, 300));
         assert!((part - f64::from(safe) / 1000.0).abs() < 2e-3, "{safe}: {part}");
