@@ -68,7 +68,7 @@ fn a_wrong_value_is_told_once_and_not_as_missing() {
     ] {
         let said = said(lines);
         assert_eq!(said.len(), 1, "{lines}: {said:?}");
-        assert!(!said[0].contains("missing"), "{lines}: {said:?}");
+        assert!(!said[0].contains("missing `"), "{lines}: {said:?}");
     }
     // What is really not there is named alone.
     let said = said("sensor = [{ name = \"w\", kind = \"switch\", place = 10, input = 5 }]");

@@ -109,8 +109,7 @@ pub fn classify(
         // Of parts that `count` does not ask for, those that stayed in their feeder are no matter.
         let (open, known) = (row.things.iter().filter(|thing| !excused(thing)), &report.stayed);
         let (stayed, others): (Vec<_>, Vec<_>) = open.partition(|thing| known.contains(thing));
-        let by_things =
-            !row.things.is_empty() && others.is_empty() && stayed.len() <= row.spare;
+        let by_things = !row.things.is_empty() && others.is_empty() && stayed.len() <= row.spare;
         if !late && !by_things {
             return Class::Wrong;
         }
