@@ -15,7 +15,6 @@
 //! #     fn has_analog(&self) -> bool { true }
 //! #     fn has(&self, _: cell::Port, _: u32) -> bool { true }
 //! #     fn axes(&self) -> &str { "XYZ" }
-//! #     fn with_role(&self, _: cell::Port, _: &str) -> Option<u32> { None }
 //! # }
 //! let text = "cell = 1\n[[tool]]\nkind = \"vacuum\"\noutput = \"pumpe\"\n";
 //! let problems = cell::read(text, &Mill, &|_| None, &|_| Err(String::new())).unwrap_err();

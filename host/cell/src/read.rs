@@ -31,8 +31,11 @@ pub trait Names {
     fn has(&self, port: Port, n: u32) -> bool;
     /// Letters of the axes that the machine has.
     fn axes(&self) -> &str;
-    /// Number of the input or output to which the profile gives this role: `door`, `probe`, `spindle`, `laser`.
-    fn with_role(&self, port: Port, role: &str) -> Option<u32>;
+    /// Number of the input or output to which the profile gives this role: `door`, `probe`, `spindle`, `laser`. Of a
+    /// profile without roles there is none.
+    fn with_role(&self, _port: Port, _role: &str) -> Option<u32> {
+        None
+    }
 }
 
 /// A kind of port.

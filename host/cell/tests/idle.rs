@@ -1,5 +1,5 @@
 //! What a file says and no run would heed: a key that its table's word does not read, a name that nothing has, a tool that
-//! nothing switches. Each is told by name, with the remedy.
+//! nothing switches. Each gets a message by name, with the remedy.
 
 use cell::{Names, Port};
 

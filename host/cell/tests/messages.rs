@@ -80,9 +80,6 @@ impl Names for Small {
     fn axes(&self) -> &str {
         "XYZ"
     }
-    fn with_role(&self, _: Port, _: &str) -> Option<u32> {
-        None
-    }
 }
 
 fn travel(axis: char) -> Option<(f64, f64)> {

@@ -36,8 +36,8 @@ fn a_switch_that_has_moved_moves_the_machine() {
         format!(
             "cell = 1\ntool = [{{ kind = \"none\", body = [{{ at = [0, 0, 0], size = [2, 2, 2] }}] }}]\n\
              sensor = [{{ name = \"home x\", kind = \"switch\", axis = \"X\", place = {place}, side = -1 }}, \
-             {{ name = \"at 30\", kind = \"box\", at = [30, 30, -5], size = [0.2, 0.2, 20], input = 7, sees = [\"tool\"] }}, \
-             {{ name = \"at 32\", kind = \"box\", at = [32, 30, -5], size = [0.2, 0.2, 20], input = 8, sees = [\"tool\"] }}]\n\
+             {{ name = \"at 30\", kind = \"box\", at = [30, 30, -5], size = [0.2, 0.2, 20], sees = [\"tool\"] }}, \
+             {{ name = \"at 32\", kind = \"box\", at = [32, 30, -5], size = [0.2, 0.2, 20], sees = [\"tool\"] }}]\n\
              expect = [{{ what = \"never\", sensor = \"at 32\" }}]\n"
         )
     };

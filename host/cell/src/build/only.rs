@@ -1,5 +1,5 @@
 //! Keys that only some words of a table read: `depth` is for the expectation holes. Where another word stands the key has
-//! no effect, and the file is told so.
+//! no effect, and gets a warning.
 
 use super::{Builder, meant};
 use crate::problem::Problem;

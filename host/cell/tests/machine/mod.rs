@@ -36,9 +36,6 @@ impl Names for Plain {
     fn axes(&self) -> &str {
         "XYZ"
     }
-    fn with_role(&self, _: Port, _: &str) -> Option<u32> {
-        None
-    }
 }
 
 /// 40 steps a mm in X, 50 in Y, and Z that counts downward with 100.
