@@ -1,4 +1,4 @@
-//! A key with a wrong value is there: its value is told, and no line says that the key is missing.
+//! A key with a wrong value is there: one message is about its value, and none says that the key is missing.
 
 use cell::{Names, Port};
 

@@ -1,7 +1,7 @@
-//! Who moves a board's axes by a command that lasts as long as its client asks.
+//! The client that moves a board's axes by a command that lasts as long as the client polls.
 //!
-//! The board ends such a motion 2 s after the last request on its line. Where several clients share the line it cannot
-//! know whose that was, so whoever shares the line among them watches the one who moves.
+//! The board ends such a motion 2 s after the last request on its line. Where several clients share the line the board cannot
+//! know whose request that was: the gateway, or the virtual board's TCP port, watches the client that moves.
 
 use std::time::Duration;
 
@@ -78,7 +78,8 @@ mod tests {
         assert_eq!(own.until(), None);
         own.asks(1, &RUN, ms(0));
         own.asks(2, &READ, ms(1_500));
-        assert!(!own.ends(ms(1_999)) && own.clone().ends(ms(2_000)));
+        let mut over = own;
+        assert!(!own.ends(ms(1_999)) && over.ends(ms(2_000)));
         own.asks(1, &READ, ms(1_999));
         assert!(!own.ends(ms(3_998)));
         // Another one moves now.

@@ -1,4 +1,4 @@
-//! Outputs that a job has told to act along its path (SYNC) and that have not acted yet.
+//! Outputs that are to act along a job's path (SYNC) and have not acted yet.
 
 use std::f64::consts::TAU;
 
@@ -21,8 +21,8 @@ impl Pending {
     /// Whether it has acted.
     fn is_over(&self) -> bool {
         match self.action.lead {
-            Lead::Way(lead) => self.begun && self.um >= f64::from(lead) * -1.0,
-            Lead::Time(lead) => self.begun && self.ms >= f64::from(lead) * -1.0,
+            Lead::Way(lead) => self.begun && self.um >= -f64::from(lead),
+            Lead::Time(lead) => self.begun && self.ms >= -f64::from(lead),
         }
     }
 
