@@ -157,13 +157,14 @@ impl ActKind {
         }
     }
 
-    /// What flags of `sync` say; `None` where they say two things.
-    pub const fn of(bits: u8) -> Option<ActKind> {
-        match bits & (flags::SYNC_PULSE | flags::SYNC_ANALOG) {
-            0 => Some(ActKind::Set),
-            flags::SYNC_PULSE => Some(ActKind::Pulse),
-            flags::SYNC_ANALOG => Some(ActKind::Analog),
-            _ => None,
+    /// What flags of `sync` say. An analog output has no pulses, as on the board.
+    pub const fn of(bits: u8) -> ActKind {
+        if bits & flags::SYNC_ANALOG != 0 {
+            ActKind::Analog
+        } else if bits & flags::SYNC_PULSE != 0 {
+            ActKind::Pulse
+        } else {
+            ActKind::Set
         }
     }
 }

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 pub use self::analog::{
     ANALOGS, Analog, FILTERS_MS, FIRST_THRESHOLD, HIGHEST_MV, LAST_THRESHOLD, Threshold,
 };
-pub use self::aout::{Aout, AoutPause};
+pub use self::aout::{AOUT_MOST, Aout, AoutPause};
 pub use self::ports::{Input, InputRole, Output, OutputRole, SafeState, Wiring};
 pub use self::pwm::{Pwm, PwmKind};
 use crate::axis::Axis;

@@ -11,11 +11,13 @@ use lang::hir::Program;
 use lang::image::Image;
 use lang::part::Signals;
 use lang::profile::Profile;
+use lang::record::BoardRecord;
 use lang::wire::{AOUTS, Control, FAULT, OVERRIDES};
 use pasapas::bench::stand::Stand;
 use pasapas::board::{DEFAULT, engine};
 use pasapas::client::ClientError;
 use pasapas::client::aout::AoutUnit;
+use pasapas::client::identity::differences;
 use pasapas::link::Link as _;
 use pasapas::sim::trace::{Event, Status, What, to_text};
 use pasapas::sim::world::World;
@@ -33,6 +35,13 @@ const HEAD: &str = "SetPos X, 0mm : SetPos Y, 0mm\nF1800\n";
 fn mill(keys: &str) -> Profile {
     let text = include_str!("../../examples/profiles/mill.toml");
     Profile::parse(&format!("{text}\n[[aout]]\nn = 1\nname = \"blow\"\n{keys}")).expect("a profile")
+}
+
+/// What the check says of a script, warnings too.
+fn told(profile: &Profile, script: &str) -> String {
+    let source = Source::new("t.bas", script.to_owned());
+    let (_, diags) = compile(&source, ProfileChoice::Given(Box::new(profile.clone())));
+    diags.render(&source)
 }
 
 fn checked(profile: &Profile, script: &str) -> Result<Program, String> {
@@ -103,7 +112,7 @@ fn a_value_is_one_line_of_the_trace_on_every_engine() {
 }
 
 #[test]
-fn a_value_beyond_the_range_is_a_fault_where_it_is_known_late_and_an_error_before() {
+fn a_value_beyond_the_range_is_a_fault_and_told_where_it_is_known_before() {
     for value in ["v * 2", "v - 4V"] {
         for statement in ["SetAout 1, ", "SYNC SetAout 1, "] {
             let script =
@@ -138,7 +147,7 @@ fn a_value_beyond_the_range_is_a_fault_where_it_is_known_late_and_an_error_befor
         ("SYNC SetAout 1, 1V, 60ms", "too long"),
     ];
     for (script, text) in wrong {
-        let told = checked(&mill(""), script).err().unwrap_or_default();
+        let told = told(&mill(""), script);
         assert!(told.contains(text), "{script}: {told}");
     }
     let plain = Profile::built_in("mill").expect("built in");
@@ -472,6 +481,19 @@ fn a_streamed_job_without_its_host_ends_with_the_safe_value() {
         assert_eq!(value(&mut stand), safe);
         let (part, _) = duty(&edges(&mut stand, 300));
         assert!((part - f64::from(safe) / 1000.0).abs() < 2e-3, "{safe}: {part}");
+    }
+}
+
+/// A program does not come to a board that was told of another output, or of none.
+#[test]
+fn a_board_without_the_output_is_another_machine() {
+    let record = |profile: &Profile| BoardRecord::of(profile, 1);
+    let plain = Profile::built_in("mill").expect("built in");
+    for (held, wanted) in
+        [(&plain, &mill("")), (&mill(""), &plain), (&mill("safe = 3\n"), &mill(""))]
+    {
+        let found = differences(&record(held), &record(wanted));
+        assert_eq!(found, ["analog output"]);
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use lang::profile::AOUT_MOST;
 use lang::record::MoreRecord;
 use lang::wire::{self, Exception};
 use serde::Serialize;
@@ -66,7 +67,8 @@ impl<L: Link> Client<L> {
             Err(error) => return Err(error),
         };
         let unit = if full & MoreRecord::SHARE == 0 { AoutUnit::Voltage } else { AoutUnit::Share };
-        Ok(Some(unit).filter(|_| full & MoreRecord::VALUE != 0))
+        // A board whose profile was never written has 0xFFFF there.
+        Ok(Some(unit).filter(|_| (1..=AOUT_MOST).contains(&(full & MoreRecord::VALUE))))
     }
 
     /// The analog outputs that [`Client::aout_unit`] has found.

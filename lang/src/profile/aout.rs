@@ -8,7 +8,7 @@ use super::{Profile, ProfileError};
 /// Analog outputs of a part that has some.
 const AOUTS: i32 = 1;
 /// The greatest value of one, mV or steps of a share.
-const MOST: i64 = 30_000;
+pub const AOUT_MOST: u16 = 30_000;
 
 /// An analog output.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -94,7 +94,7 @@ impl Profile {
                 ));
             }
             let key = if aout.is_share() { "aout.range" } else { "aout.full_mv" };
-            range(key, aout.full().into(), 1, MOST)?;
+            range(key, aout.full().into(), 1, AOUT_MOST.into())?;
             range("aout.safe", aout.safe.into(), 0, aout.full().into())?;
         }
         Ok(())

@@ -181,7 +181,7 @@ pub fn decode(code: u8, operands: [u8; 3], arguments: [i32; MAX_ARGUMENTS]) -> O
             let (n, value, lead) = (args.next(), args.next(), args.next());
             Effect::Sync(Action {
                 n,
-                act: ActKind::of(b)?.with(value),
+                act: ActKind::of(b).with(value),
                 lead: if b & flags::LEAD_TIME != 0 { Lead::Time(lead) } else { Lead::Way(lead) },
             })
         }
