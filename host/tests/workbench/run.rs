@@ -149,8 +149,6 @@ fn the_command_line_has_its_turns_beside_the_workbench() -> Outcome<()> {
     page.says("#run-state", "last run: stopped")?;
     // A button that is held goes on while others ask.
     page.tab("machine")?;
-    // So slow that the travel lasts, however long the commands take.
-    page.fill("#speed", "5")?;
     let at = page.centre("[aria-label='Jog X plus']")?;
     page.mouse("mousePressed", at)?;
     page.wait("document.querySelector('.jog.held') !== null", PATIENCE)?;
