@@ -113,6 +113,42 @@ fn the_pin_is_high_for_the_part_of_the_time_that_the_value_says() {
     holds(&mut board, 700, "a value beyond");
 }
 
+/// A request of function 16.
+fn several(register: u16, values: &[u16]) -> Vec<u8> {
+    let [high, low] = register.to_be_bytes();
+    let count = values.len() as u8;
+    let values = values.iter().flat_map(|value| value.to_be_bytes());
+    [1, 16, high, low, 0, count, 2 * count].into_iter().chain(values).collect()
+}
+
+#[test]
+fn a_request_that_cannot_be_done_whole_changes_nothing() {
+    let mut board = on(Silicon::default(), &machine(1000, "safe = 100\n"), "Wait 1s");
+    let places =
+        [wire::AOUTS, wire::OVERRIDES, wire::UPLOAD_LENGTH, wire::OUTPUTS, wire::POSITIONS];
+    let before = places.map(|register| read(&mut board, register));
+    for (body, exception) in [
+        // Registers that stay 0, behind one that takes values.
+        (several(wire::AOUTS, &[700, 0, 0, 0, 0, 0, 0, 0]), 2),
+        (several(wire::AOUTS, &[700, 0]), 2),
+        (several(wire::OVERRIDES, &[50, 5]), 3),
+        // The second one is only read.
+        (several(wire::UPLOAD_LENGTH, &[9, 9]), 2),
+        // A fourth axis.
+        (several(wire::POSITIONS, &[5, 0, 5, 0, 5, 0, 5, 0]), 3),
+        // Outputs 1 to 3 of two.
+        (vec![1, 15, 0, 0, 0, 3, 1, 7], 2),
+    ] {
+        let reply = rig::ask(&mut board, &body, 20_000);
+        assert_eq!(reply.get(1..3), Some(&[body[1] | 0x80, exception][..]), "{body:?}");
+        assert_eq!(places.map(|register| read(&mut board, register)), before, "{body:?}");
+    }
+    let whole = several(wire::OVERRIDES, &[50, 20]);
+    assert_eq!(rig::ask(&mut board, &whole, 20_000).get(..6), Some(&whole[..6]));
+    assert_eq!(read(&mut board, wire::OVERRIDES), Some(50));
+    assert_eq!(read(&mut board, wire::OVERRIDES + 1), Some(20));
+}
+
 #[test]
 fn an_emergency_stop_in_the_middle_of_a_path_puts_the_pin_low_at_once_and_for_good() {
     let mut board = under_way("");

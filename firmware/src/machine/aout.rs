@@ -9,7 +9,7 @@ use crate::machine::controller::Controller;
 use crate::machine::pwm::DARK;
 use lang::fault::Fault;
 use lang::record::MoreRecord;
-use lang::wire::{Exception, TRACE_SHARE, TraceKind};
+use lang::wire::{TRACE_SHARE, TraceKind};
 
 impl<C: Chip> Controller<C> {
     /// Starts it with its safe value, if the profile has one; interrupts are still off.
@@ -41,18 +41,6 @@ impl<C: Chip> Controller<C> {
         let high = C::mul_div(value.into(), own.top.into(), full.into()) as u16;
         // What is less than a tick of the timer is dark: no period ends where it is to go high.
         own.compare = if high == 0 { DARK } else { own.top - high };
-    }
-
-    /// The value of a host, at any time, as of the outputs.
-    ///
-    /// # Errors
-    /// Illegal value: no output, or a value that it does not have.
-    pub fn write_aout(&mut self, value: u16) -> Result<(), Exception> {
-        if !self.takes_aout(1, value.into()) {
-            return Err(Exception::IllegalValue);
-        }
-        self.set_aout(value);
-        Ok(())
     }
 
     /// Its safe value.
