@@ -8,7 +8,7 @@
 //! until it has called [`release`] the engine takes no segment and counts as running.
 //!
 //! A pin that does not answer any more when the interrupt reads it, a disturbance of 1 us or so,
-//! stops nothing. The port's interrupt takes 122 cycles; that of the millisecond lets others come between.
+//! stops nothing. The port's interrupt takes 126 cycles; that of the millisecond lets others come between.
 
 use core::arch::global_asm;
 use core::mem::{offset_of, size_of};
@@ -80,6 +80,7 @@ pasapas_pins:
 guard_trips:
     mov.b r15, &TRIPPED
     clr &{pwm}
+    clr &{aout}
     clr.b &GUARD_IE
     clr &INPUTS
     /* the slots of a path, then what each single axis plays and has next */
@@ -165,6 +166,7 @@ pasapas_guard_alone:
     latch = const ports::LATCH,
     chain = const CHAIN,
     pwm = const crate::chip::pwm::CCTL,
+    aout = const crate::chip::aout::CCTL,
     gie = const GIE,
 );
 

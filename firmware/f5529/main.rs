@@ -72,6 +72,7 @@ extern "C" fn main() -> ! {
         chain::open();
     }
     controller.motor.pwm.open(&F5529, controller.record.more());
+    controller.open_aout();
     controller.open_analog();
     controller.motor.power = controller.full_power();
     guard::open(controller.record.falling(), controller.record.input_invert);

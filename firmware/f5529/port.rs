@@ -298,6 +298,18 @@ impl Pins for F5529 {
     fn gate_pwm(&self, on: bool) {
         chip::pwm::gate(on);
     }
+    #[inline(always)]
+    fn open_aout(&self, hz: u16) -> u16 {
+        chip::aout::open(hz)
+    }
+    #[inline(always)]
+    fn set_aout(&self, compare: u16) {
+        chip::aout::set(compare);
+    }
+    #[inline(always)]
+    fn darken_aout(&self) {
+        chip::aout::darken();
+    }
 }
 
 impl Clock for F5529 {

@@ -42,7 +42,7 @@ pub fn run(vm: &mut State) -> u16 {
 
 /// Codes of the table of instructions: what only parts with error handlers or events have ends it.
 const TABLE_END: u8 = if PART.features & feature::ACTIONS != 0 {
-    Op::Sync as u8 + 1
+    Op::SetAout as u8 + 1
 } else if PART.features & feature::EVENTS != 0 {
     Op::More as u8 + 1
 } else if PART.features & feature::LINES != 0 {

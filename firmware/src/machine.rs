@@ -3,6 +3,7 @@
 //! A [`Controller`] stands on a [`Chip`], which says what the hardware does. The image of the MSP430F5529 gives it that
 //! chip (`firmware/f5529`), `pasapas sim` one of the desktop. The main loop is [`Controller::pass`].
 
+mod aout;
 mod arcs;
 pub mod chip;
 mod commands;

@@ -58,7 +58,13 @@ pub trait Map {
     fn may_steer(&mut self, _address: u16, _value: Option<u16>) -> Result<(), Exception> {
         Ok(())
     }
-    /// Writes a register.
+    /// Whether a register may be written. A request asks for all of its registers before it writes the first; what
+    /// only the state of the machine refuses may still be refused by [`Map::write`].
+    ///
+    /// # Errors
+    /// The exception to answer with.
+    fn may_write(&self, address: u16, value: u16) -> Result<(), Exception>;
+    /// Writes a register for which [`Map::may_write`] was asked.
     ///
     /// # Errors
     /// The exception to answer with.
@@ -74,11 +80,13 @@ pub trait Map {
     /// # Errors
     /// The exception to answer with.
     fn write_long(&mut self, address: u16, value: i32) -> Result<(), Exception>;
-    /// Writes a coil.
+    /// Whether a coil may be written. A request asks for all of its coils before it writes the first.
     ///
     /// # Errors
     /// The exception to answer with.
-    fn write_bit(&mut self, address: u16, on: bool) -> Result<(), Exception>;
+    fn may_write_bit(&self, address: u16) -> Result<(), Exception>;
+    /// Writes a coil for which [`Map::may_write_bit`] was asked.
+    fn write_bit(&mut self, address: u16, on: bool);
     /// All registers of a request were written, the first of them this one.
     ///
     /// # Errors
@@ -278,7 +286,9 @@ impl Slave {
                 }
                 map.may_steer(address, (function == 6).then_some(value))?;
                 if function == 5 {
-                    return map.write_bit(address, value != 0);
+                    map.may_write_bit(address)?;
+                    map.write_bit(address, value != 0);
+                    return Ok(());
                 }
                 if block.flags & LONG != 0 {
                     if address & 1 != 0 {
@@ -288,6 +298,7 @@ impl Slave {
                     map.may_write_long(address, value)?;
                     return map.write_long(address, value);
                 }
+                map.may_write(address, value)?;
                 map.write(address, value)?;
                 map.written(address)
             }
@@ -314,17 +325,23 @@ impl Slave {
                     longs(line, value, |at, own| map.write_long(address + at, own))?;
                     return map.written(address);
                 }
-                let mut index = 0;
-                while index < value {
-                    if function == 15 {
-                        let byte = line.byte(7 + (index >> 3) as u8);
-                        map.write_bit(address + index, byte >> (index & 7) & 1 != 0)?;
-                    } else {
-                        map.write(address + index, word(line, 7 + (index as u8) * 2))?;
+                if function == 15 {
+                    for index in 0..value {
+                        map.may_write_bit(address + index)?;
                     }
-                    index += 1;
+                    for index in 0..value {
+                        let byte = line.byte(7 + (index >> 3) as u8);
+                        map.write_bit(address + index, byte >> (index & 7) & 1 != 0);
+                    }
+                    return Ok(());
                 }
-                if function == 15 { Ok(()) } else { map.written(address) }
+                for index in 0..value {
+                    map.may_write(address + index, word(line, 7 + (index as u8) * 2))?;
+                }
+                for index in 0..value {
+                    map.write(address + index, word(line, 7 + (index as u8) * 2))?;
+                }
+                map.written(address)
             }
             _ => Err(Exception::IllegalFunction),
         }

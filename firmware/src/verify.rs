@@ -40,6 +40,7 @@ pub const fn feature_of(code: u8) -> u16 {
     const SIN: u8 = Op::Sin as u8;
     const MUL_DIV: u8 = Op::MulDiv as u8;
     const SYNC: u8 = Op::Sync as u8;
+    const AOUT: u8 = Op::SetAout as u8;
     const COURSE: u8 = Op::Course as u8;
     match code {
         COURSE => feature::COURSE,
@@ -48,6 +49,7 @@ pub const fn feature_of(code: u8) -> u16 {
         RESUME => feature::RETRY,
         SIN..=MUL_DIV => feature::MATHS,
         SYNC => feature::ACTIONS,
+        AOUT => feature::AOUT,
         ARC | ARC_MIXED | ARC_BY => feature::ARC,
         EVENT => feature::EVENTS,
         MOVE_SPEED => feature::START,

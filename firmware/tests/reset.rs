@@ -32,6 +32,7 @@ fn the_emulated_board_has_the_pins_of_the_plan() {
         latch: at(pins::LATCH),
         enable: at(pins::ENABLE),
         pwm: Some(at(pins::PWM)),
+        aout: Some(at(pins::ANALOG_OUT)),
         rs485: Some([at(pins::RS485[0]), at(pins::DRIVE)]),
     };
     assert_eq!(Pins::F5529, wanted);

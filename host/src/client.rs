@@ -4,6 +4,7 @@
 //! Every exchange ends: a reply is waited for at most [`Patience::reply`] on the link's own clock,
 //! a lost one is asked for again, and noise is skipped until the time is over.
 
+pub mod aout;
 pub mod axes;
 mod error;
 mod frame;

@@ -3,11 +3,12 @@
 //! The check before the first move and a start in the middle both follow the job with it.
 
 mod along;
+mod approach;
 
 use std::collections::BTreeMap;
 
 use lang::axis::Axis;
-use lang::effect::{Act, Action, Coord, Effect, Frame, Rate, Want};
+use lang::effect::{Act, Action, Coord, Effect, Rate, Want};
 use lang::fault::Fault;
 use lang::isa::{Op, flags};
 use lang::place::Place;
@@ -17,6 +18,7 @@ use lang::record::{AxisRecord, MachineRecord};
 use lang::vm::encode::encode;
 
 use self::along::Along;
+pub use self::approach::Approach;
 use crate::sim::machine::axes::Axes;
 
 /// Outputs of the chain wiring and of the direct one.
@@ -31,6 +33,8 @@ pub struct Track {
     feed: Option<Rate>,
     spindle: Option<i32>,
     outputs: BTreeMap<i32, i32>,
+    /// Values that analog outputs were given.
+    aouts: BTreeMap<i32, i32>,
     /// Axes whose work zero the job has set.
     zeroed: [bool; 3],
     /// Axes that the job has sent anywhere.
@@ -43,29 +47,13 @@ pub struct Track {
     along: Along,
 }
 
-/// How a board comes to where a job goes on in its middle: lifted, then across, then down.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Approach {
-    /// Machine places of the axes that each rapid move goes to.
-    pub legs: Vec<[Option<Place>; 3]>,
-    /// Where the last one ends, steps.
-    pub steps: [i32; 3],
-}
-
-impl Approach {
-    /// The moves.
-    pub fn instructions(&self) -> impl Iterator<Item = Instruction> + '_ {
-        self.legs.iter().map(|leg| {
-            let axes = (0..3).filter(|i| leg[*i].is_some()).fold(0, |axes, i| axes | 1 << i);
-            let frame = (Frame::Machine as u8) << flags::COMMON_FRAME;
-            let values = leg.iter().flatten().map(|place| place.um).collect();
-            (values, vec![Op::Linear.code(), axes | flags::RAPID | frame])
-        })
-    }
-}
-
 /// An instruction with its values.
 pub type Instruction = (Vec<i32>, Vec<u8>);
+
+/// Whether it is one of an analog output: these have numbers of their own.
+fn is_analog(action: &Action) -> bool {
+    matches!(action.act, Act::Analog(_))
+}
 
 impl Track {
     /// Every axis at `steps`; bit n of `homed`: axis n is homed.
@@ -83,6 +71,7 @@ impl Track {
             feed: None,
             spindle: None,
             outputs: BTreeMap::new(),
+            aouts: BTreeMap::new(),
             zeroed: [false; 3],
             touched: [false; 3],
             top: None,
@@ -176,11 +165,18 @@ impl Track {
             Effect::SetSpindle(value) => self.spindle = Some(value),
             Effect::Plain(plain, values) => self.plain(plain, values)?,
             Effect::Sync(own) => {
-                self.output(own.n)?;
-                if matches!(own.act, Act::Pulse(ms) if ms < 0) {
-                    return Err(Fault::ValueRange);
+                match own.act {
+                    Act::Set(_) => self.output(own.n)?,
+                    Act::Pulse(ms) if ms < 0 => return Err(Fault::ValueRange),
+                    Act::Pulse(_) => self.output(own.n)?,
+                    Act::Analog(value) => self.aout(own.n, value)?,
                 }
                 self.along.add(own);
+            }
+            Effect::SetAout { n, value } => {
+                self.aout(n, value)?;
+                self.along.forget(|own| own.n == n && is_analog(own));
+                self.aouts.insert(n, value);
             }
             Effect::Motors { on, axis } => {
                 self.drivers = Some(on);
@@ -222,7 +218,7 @@ impl Track {
                 Some(f64::from(*ms).max(0.0))
             }
             Effect::Plain(plain, _) if !plain.waits() => Some(0.0),
-            Effect::SetPos { .. } | Effect::Motors { .. } => Some(0.0),
+            Effect::SetPos { .. } | Effect::Motors { .. } | Effect::SetAout { .. } => Some(0.0),
             Effect::PrintText(_) | Effect::PrintValue(..) | Effect::PrintEnd => Some(0.0),
             _ => None,
         };
@@ -258,8 +254,13 @@ impl Track {
     }
 
     fn acted(&mut self, actions: &[Action]) {
-        for action in actions {
-            self.outputs.insert(action.n, along::level(action));
+        for Action { n, act, .. } in actions {
+            match *act {
+                Act::Set(level) => self.outputs.insert(*n, level),
+                // It is over.
+                Act::Pulse(_) => self.outputs.insert(*n, 0),
+                Act::Analog(value) => self.aouts.insert(*n, value),
+            };
         }
     }
 
@@ -284,15 +285,15 @@ impl Track {
         match plain.touches() {
             Touch::Nothing | Touch::Axes => {}
             Touch::Output => {
-                self.along.forget(|n| n == first);
+                self.along.forget(|own| own.n == first && !is_analog(own));
                 self.outputs.insert(first, second);
             }
             Touch::Off => {
-                self.along.forget(|n| n == first);
+                self.along.forget(|own| own.n == first && !is_analog(own));
                 self.outputs.insert(first, 0);
             }
             Touch::Port => {
-                self.along.forget(|n| n <= 8);
+                self.along.forget(|own| own.n <= 8 && !is_analog(own));
                 for n in 1..=self.most_outputs().min(8) {
                     let role = self.profile.outputs.iter().find(|output| output.n == n);
                     let role = role.and_then(|output| output.role);
@@ -301,6 +302,15 @@ impl Track {
                     }
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Whether an analog output takes a value.
+    fn aout(&self, n: i32, value: i32) -> Result<(), Fault> {
+        let own = self.profile.aouts.iter().find(|aout| aout.n == n);
+        if !own.is_some_and(|aout| (0..=aout.full()).contains(&value)) {
+            return Err(Fault::ValueRange);
         }
         Ok(())
     }
@@ -348,69 +358,6 @@ impl Track {
     /// Axes that the job has homed.
     pub fn homed(&self) -> impl Iterator<Item = Axis> + '_ {
         Axis::ALL.into_iter().filter(|axis| self.axes.is_homed(*axis))
-    }
-
-    /// How a board comes from `there` to where the job stands: Z up as high as the job has ever sent it, or to the work
-    /// position `lift` (um), and never down first; then the other axes, then Z. Axes that the job never sent anywhere
-    /// stay. Where the job has set a work zero, the board's own tells where that is: `offsets` are its machine
-    /// positions less its work positions. Both in steps.
-    ///
-    /// # Errors
-    /// F01.
-    pub fn approach(
-        &self,
-        there: [i32; 3],
-        offsets: [i32; 3],
-        lift: Option<i32>,
-    ) -> Result<Approach, Fault> {
-        let sum = |a: i32, b: i32| a.checked_add(b).ok_or(Fault::Overflow);
-        let place = |axis: Axis, um: i32| -> Result<Place, Fault> {
-            Ok(Place { um, steps: self.axes.to_steps(axis, um)? })
-        };
-        let mut goals = [Place::default(); 3];
-        // What the job's machine positions are less than the board's.
-        let mut shifts = [0; 3];
-        for axis in Axis::ALL {
-            let i = axis.index();
-            if self.zeroed[i] {
-                let own = self.zero(axis)?;
-                let board = self.axes.length(axis, offsets[i])?;
-                shifts[i] = board.checked_sub(own).ok_or(Fault::Overflow)?;
-            }
-            goals[i] = if self.touched[i] {
-                place(axis, sum(self.axes.place(axis).um, shifts[i])?)?
-            } else {
-                Place { um: self.axes.length(axis, there[i])?, steps: there[i] }
-            };
-        }
-        let z = Axis::Z.index();
-        let lifts = self.axes.is_present(Axis::Z) && (self.touched[z] || lift.is_some());
-        let mut legs = Vec::new();
-        let mut add = |leg: [Option<Place>; 3]| {
-            if leg.iter().any(Option::is_some) {
-                legs.push(leg);
-            }
-        };
-        let goes = |i: usize| Some(goals[i]).filter(|goal| goal.steps != there[i]);
-        let across = [goes(0), goes(1), None];
-        if lifts {
-            let here = self.axes.length(Axis::Z, there[z])?;
-            let wanted = match lift {
-                Some(lift) => sum(sum(lift, self.zero(Axis::Z)?)?, shifts[z])?,
-                None => sum(self.top.unwrap_or(here), shifts[z])?,
-            };
-            let up = place(Axis::Z, self.higher(self.higher(wanted, here), goals[z].um))?;
-            if across.iter().any(Option::is_some) {
-                add([None, None, Some(up).filter(|up| up.steps != there[z])]);
-                add(across);
-                add([None, None, Some(goals[z]).filter(|goal| goal.steps != up.steps)]);
-            } else {
-                add([None, None, goes(z)]);
-            }
-        } else {
-            add(across);
-        }
-        Ok(Approach { legs, steps: goals.map(|goal| goal.steps) })
     }
 
     /// The axis rests behind its clearance move.
@@ -473,6 +420,7 @@ impl Track {
         for (&n, &on) in self.outputs.iter().filter(|(_, on)| **on != 0) {
             list.push((vec![n, on], vec![Op::SetOut.code()]));
         }
+        list.extend(self.aouts.iter().map(|(&n, &v)| (vec![n, v], vec![Op::SetAout.code()])));
         let spin_up = i32::from(self.profile.run.spin_up_ms);
         if spin_up > 0 && self.outputs.values().any(|on| *on != 0) {
             list.push((vec![spin_up], vec![Op::Wait.code()]));

@@ -7,6 +7,7 @@
 //! difference between engines is a difference between two lists of effects.
 
 use crate::axis::Axis;
+use crate::isa::flags;
 use crate::plain::{self, Plain};
 
 /// A length in um or a count of motor steps, as the script wrote it.
@@ -126,6 +127,48 @@ pub enum Lead {
     Time(i32),
 }
 
+/// What an output does on the way, without its value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ActKind {
+    /// SetOut
+    Set,
+    /// Pulse
+    Pulse,
+    /// SetAout
+    Analog,
+}
+
+impl ActKind {
+    /// With a value: a level, ms, or that of an analog output.
+    pub const fn with(self, value: i32) -> Act {
+        match self {
+            ActKind::Set => Act::Set(value),
+            ActKind::Pulse => Act::Pulse(value),
+            ActKind::Analog => Act::Analog(value),
+        }
+    }
+
+    /// As the flags of `sync` have it.
+    pub const fn flag(self) -> u8 {
+        match self {
+            ActKind::Set => 0,
+            ActKind::Pulse => flags::SYNC_PULSE,
+            ActKind::Analog => flags::SYNC_ANALOG,
+        }
+    }
+
+    /// What flags of `sync` say. An analog output has no pulses, as on the board.
+    pub const fn of(bits: u8) -> ActKind {
+        if bits & flags::SYNC_ANALOG != 0 {
+            ActKind::Analog
+        } else if bits & flags::SYNC_PULSE != 0 {
+            ActKind::Pulse
+        } else {
+            ActKind::Set
+        }
+    }
+}
+
 /// What an output does on the way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Act {
@@ -133,6 +176,19 @@ pub enum Act {
     Set(i32),
     /// It is switched on for some ms.
     Pulse(i32),
+    /// An analog output gets a value: mV, or steps of a share.
+    Analog(i32),
+}
+
+impl Act {
+    /// What it is, and its value.
+    pub const fn parts(self) -> (ActKind, i32) {
+        match self {
+            Act::Set(value) => (ActKind::Set, value),
+            Act::Pulse(value) => (ActKind::Pulse, value),
+            Act::Analog(value) => (ActKind::Analog, value),
+        }
+    }
 }
 
 /// An output that acts at a place of the path.
@@ -157,6 +213,13 @@ pub enum Effect {
     Plain(Plain, [i32; plain::MOST]),
     /// `SYNC`: an output acts where the path's next block begins.
     Sync(Action),
+    /// `SetAout`
+    SetAout {
+        /// Number of the analog output, from 1.
+        n: i32,
+        /// mV, or steps of a share, as the profile says.
+        value: i32,
+    },
     /// `MoveAxe`, `MoveRel`, with `START` when `wait` is false. `None` is the profile's value.
     MoveAxe {
         /// The axis.

@@ -386,6 +386,7 @@ impl<'a> Image<'a> {
     pub fn extra(&self) -> impl Iterator<Item = (usize, u16)> + use<'a> {
         const RESUME: u8 = isa::Op::Resume as u8;
         const SYNC: u8 = isa::Op::Sync as u8;
+        const AOUT: u8 = isa::Op::SetAout as u8;
         let (code, wide) = (self.code, self.header.wide());
         let mut pc = 0;
         core::iter::from_fn(move || {
@@ -396,6 +397,7 @@ impl<'a> Image<'a> {
                     let wanted = match op {
                         RESUME => feature::RETRY,
                         SYNC => feature::ACTIONS,
+                        AOUT => feature::AOUT,
                         _ => feature::MATHS,
                     };
                     return Some((here, wanted));

@@ -78,12 +78,14 @@ pub struct Signals {
     pub step_low: bool,
     /// There are analog inputs.
     pub analog: bool,
+    /// An analog output.
+    pub aout: bool,
 }
 
 impl From<u8> for Signals {
     /// Pulses of this width, us, and nothing else that a part could lack.
     fn from(pulse_us: u8) -> Signals {
-        Signals { pulse_us, setup_us: 1, step_low: false, analog: false }
+        Signals { pulse_us, setup_us: 1, step_low: false, analog: false, aout: false }
     }
 }
 
@@ -91,8 +93,8 @@ impl From<u8> for Signals {
 impl From<&crate::profile::Profile> for Signals {
     fn from(profile: &crate::profile::Profile) -> Signals {
         let (pulse_us, setup_us) = (profile.pulse_us, profile.dir_setup_us);
-        let analog = !profile.analogs.is_empty();
-        Signals { pulse_us, setup_us, step_low: profile.step_invert, analog }
+        let (analog, aout) = (!profile.analogs.is_empty(), !profile.aouts.is_empty());
+        Signals { pulse_us, setup_us, step_low: profile.step_invert, analog, aout }
     }
 }
 
@@ -288,7 +290,7 @@ impl Part {
         let courses = image.has_courses() && self.lacks_feature(feature::COURSE);
         let courses = courses.then_some(Lack::Feature(feature::COURSE));
         let extra = image.extra().fold(0, |all, (_, feature)| all | feature) & !self.features;
-        let extra = [feature::RETRY, feature::MATHS, feature::ACTIONS]
+        let extra = [feature::RETRY, feature::MATHS, feature::ACTIONS, feature::AOUT]
             .into_iter()
             .filter(move |bit| extra & bit != 0);
         self.header_lacks(&image.header, image.events())
@@ -312,7 +314,9 @@ impl Part {
         let setup = (rate > possible && !self.shapes_steps).then_some(setup);
         let analog = signals.analog && self.lacks_feature(feature::ANALOG);
         let analog = analog.then_some(Lack::Feature(feature::ANALOG));
-        low.into_iter().chain(setup).chain(analog)
+        let aout = signals.aout && self.lacks_feature(feature::AOUT);
+        let aout = aout.then_some(Lack::Feature(feature::AOUT));
+        low.into_iter().chain(setup).chain(analog).chain(aout)
     }
 
     /// Those that the header tells of, for so many ON lines.
@@ -383,6 +387,9 @@ impl core::fmt::Display for Lack {
             Lack::Feature(feature::POWER) => "a laser's power (S); M3 and M5 alone switch it",
             Lack::Feature(feature::RETRY) => "RESUME, which runs the failed statement again",
             Lack::Feature(feature::ACTIONS) => "actions on the way (SYNC, M62, M63)",
+            Lack::Feature(feature::AOUT) => {
+                "an analog output (SetAout, M67, M68; [[aout]] in the profile)"
+            }
             Lack::Feature(feature::MATHS) => "SIN, COS, ATAN2 and SCALE",
             Lack::Feature(feature::ANALOG) => "analog inputs ([[analog]] in the profile)",
             Lack::Feature(feature::LINES) => "error handlers (ON ERROR)",

@@ -5,6 +5,7 @@
 //! part by `pasapas profile set`.
 
 mod analog;
+mod aout;
 mod check;
 mod ports;
 mod pwm;
@@ -14,6 +15,7 @@ use serde::{Deserialize, Serialize};
 pub use self::analog::{
     ANALOGS, Analog, FILTERS_MS, FIRST_THRESHOLD, HIGHEST_MV, LAST_THRESHOLD, Threshold,
 };
+pub use self::aout::{AOUT_MOST, Aout, AoutPause};
 pub use self::ports::{Input, InputRole, Output, OutputRole, SafeState, Wiring};
 pub use self::pwm::{Pwm, PwmKind};
 use crate::axis::Axis;
@@ -86,6 +88,9 @@ pub struct Profile {
     /// Inputs made of analog ones.
     #[serde(default, rename = "threshold", skip_serializing_if = "Vec::is_empty")]
     pub thresholds: Vec<Threshold>,
+    /// Analog outputs, of parts that have one.
+    #[serde(default, rename = "aout", skip_serializing_if = "Vec::is_empty")]
+    pub aouts: Vec<Aout>,
 }
 
 /// An axis letter in a file.

@@ -48,6 +48,8 @@ pub mod feature {
     pub const ANALOG: u16 = 1 << 13;
     /// SYNC: outputs that act on the way of a path; no image's header has it: those with the instruction want it.
     pub const ACTIONS: u16 = 1 << 14;
+    /// SetAout; no image's header has it: those with the instruction want it, and a profile with an analog output.
+    pub const AOUT: u16 = 1 << 15;
 }
 
 /// One axis in an image.
@@ -262,7 +264,8 @@ pub struct BoardRecord {
     pub more: MoreRecord,
 }
 
-/// What a profile says of a PWM and an RS-485 line, which only some parts have: 32 bytes behind the record, 16 registers of the link.
+/// What a profile says of PWM, RS-485 line, analog inputs and analog output, which only some parts have: 38 bytes behind the
+/// record, 19 registers of the link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
 pub struct MoreRecord {
@@ -286,7 +289,14 @@ pub struct MoreRecord {
     pub rs485_rate: u8,
     /// Inputs that analog ones make, from 18 on; and what is known of the analog inputs.
     pub thresholds: [ThresholdRecord; 4],
-    /// CRC of the 30 bytes before.
+    /// Frequency of the analog output, Hz; that of the PWM where there is one.
+    pub aout_hz: u16,
+    /// Bits 0..14: value at which its pin is high all the time, mV or steps of a share, 0 where there is no output. Bit 15:
+    /// [`MoreRecord::SHARE`].
+    pub aout_full: u16,
+    /// Bits 0..14: its value after a reset, at a fault and at the end of a run. Bit 15: [`MoreRecord::PAUSES`].
+    pub aout_safe: u16,
+    /// CRC of the 36 bytes before.
     pub crc: u16,
 }
 
@@ -333,8 +343,14 @@ impl MoreRecord {
     pub const SPINDLE: u8 = 1;
     /// [`MoreRecord::pwm_kind`]: pulses of an RC servo.
     pub const SERVO: u8 = 2;
+    /// [`MoreRecord::aout_full`]: values are steps of a share, not mV.
+    pub const SHARE: u16 = 1 << 15;
+    /// [`MoreRecord::aout_safe`]: in a pause the output has the same value.
+    pub const PAUSES: u16 = 1 << 15;
+    /// The value in these two.
+    pub const VALUE: u16 = 0x7FFF;
     /// Bytes of the record.
-    pub const SIZE: usize = 32;
+    pub const SIZE: usize = 38;
     /// Nothing.
     pub const NONE: MoreRecord = MoreRecord {
         pwm_hz: 0,
@@ -347,6 +363,9 @@ impl MoreRecord {
         rs485_address: 0,
         rs485_rate: 0,
         thresholds: [ThresholdRecord { on: 0, off: 0 }; 4],
+        aout_hz: 0,
+        aout_full: 0,
+        aout_safe: 0,
         crc: 0,
     };
 }

@@ -115,7 +115,7 @@
 //! holds); it takes effect at the next reset ([`Control::Restart`]). Exception 6 while a program
 //! runs.
 //!
-//! On parts with more to say, the 16 registers at [`PROFILE_MORE`] hold what belongs to the record
+//! On parts with more to say, the 19 registers at [`PROFILE_MORE`] hold what belongs to the record
 //! ([`MoreRecord`](crate::record::MoreRecord)). They are written before the last word of the record, whose
 //! register 30 is their CRC, or 0 where there is nothing; then they need not be written.
 //!
@@ -272,6 +272,8 @@ pub const UNWIRED: u16 = 255;
 /// [`TRACE_MODE`] with a queue.
 pub const TRACE_QUEUED: u16 = 2;
 
+/// [`TraceKind::Aout`]'s argument: the value is one of steps of a share, not mV.
+pub const TRACE_SHARE: u8 = 1 << 6;
 /// [`TraceKind`] arguments: the outcome was good.
 pub const TRACE_OK: u8 = 0x80;
 

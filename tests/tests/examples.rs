@@ -30,7 +30,7 @@ fn read(file: &Path) -> String {
 fn settled(events: &[Event]) -> String {
     let mut events = events.to_vec();
     for event in &mut events {
-        if let What::Out { pos, .. } = &mut event.what {
+        if let What::Out { pos, .. } | What::Aout { pos, .. } = &mut event.what {
             *pos = None;
         }
     }

@@ -99,7 +99,7 @@ const OF_QUEUE: [&str; 2] = ["TRACE_ROOM", "TRACE_TAKEN"];
 /// What a part whose chip has no device descriptor lacks.
 const OF_CHIP: [&str; 1] = ["CHIP_REVISION"];
 /// What no part with one block of status registers shows.
-const OF_BLOCKS: [&str; 2] = ["ANALOG_INPUTS", "TARGET_SPEEDS"];
+const OF_BLOCKS: [&str; 3] = ["ANALOG_INPUTS", "ANALOG_OUTPUT", "TARGET_SPEEDS"];
 /// The same, where a good upload leaves 0 and nobody traces.
 const GOOD: [&str; 2] = ["UPLOAD_RESULT", "TRACE_MODE"];
 

@@ -3,6 +3,7 @@
 //! Compiled functions lie above 64 KB, but for those that near.txt names (see `firmware/far`).
 
 pub mod adc;
+pub mod aout;
 pub mod capture;
 pub mod clock;
 pub mod flash;

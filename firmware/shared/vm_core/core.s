@@ -62,6 +62,7 @@ vm_cos:
 vm_atan2:
 vm_muldiv:
 vm_sync:
+vm_setaout:
     .endif
     rra r12
     jmp vm_exit

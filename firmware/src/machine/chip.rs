@@ -156,7 +156,7 @@ pub trait Guard {
     fn answered(&self) -> u16;
 }
 
-/// Inputs, outputs and the PWM.
+/// Inputs, outputs, the PWM and the analog output.
 pub trait Pins {
     /// Bit of the probe's pin in the inputs' port.
     const PROBE: u8;
@@ -185,6 +185,13 @@ pub trait Pins {
     fn set_pwm(&self, compare: u16);
     /// Lets the PWM's pin follow, or puts it low at once.
     fn gate_pwm(&self, on: bool);
+    /// Starts the analog output's PWM with `hz` periods in a second, its pin low. Both PWMs have one timer. Returns how far it
+    /// counts.
+    fn open_aout(&self, hz: u16) -> u16;
+    /// Lets the analog output's pin follow, high from this compare value to the period's end.
+    fn set_aout(&self, compare: u16);
+    /// Puts the analog output's pin low at once.
+    fn darken_aout(&self);
 }
 
 /// Time, and what outlasts a reset.

@@ -99,6 +99,7 @@ impl<C: Chip> Controller<C> {
             }
             first::Event => self.event()?,
             first::Sync => return self.sync(),
+            first::SetAout => self.take_aout()?,
             _ => return Err(Fault::ValueRange),
         }
         Ok(true)

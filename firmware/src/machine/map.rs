@@ -272,7 +272,6 @@ impl<C: Chip> Machine for Controller<C> {
     }
 }
 
-/// InterpCNC's alarm code of a latched fault (its input register 3004).
 impl<C: Chip> Map for Controller<C> {
     fn begin(&mut self) {
         self.lines.begin();
@@ -293,6 +292,7 @@ impl<C: Chip> Map for Controller<C> {
             }
             _ if table as u8 == Table::InputRegisters as u8 => self.status(address),
             OUTPUTS => self.io.outputs,
+            AOUTS => self.io.aout.value,
             COMMAND..COMMAND_END => self.command.word(usize::from(address - COMMAND)),
             OVERRIDES | RAPID_OVERRIDE => {
                 u16::from(self.motor.percents[usize::from(address - OVERRIDES)])
@@ -328,6 +328,23 @@ impl<C: Chip> Map for Controller<C> {
             _ => self.status(MOVING + ((address - STATUS_BITS) >> 4)),
         };
         word >> (address & 15) & 1 != 0
+    }
+
+    fn may_write(&self, address: u16, value: u16) -> Result<(), Exception> {
+        let good = match address {
+            AOUTS => self.takes_aout(1, value.into()),
+            OUTPUTS => value & !self.all_outputs() == 0,
+            OVERRIDES => (10..=200).contains(&value),
+            RAPID_OVERRIDE => (10..=100).contains(&value),
+            CHAR_IN => (33..=125).contains(&value),
+            UPLOAD_NUMBER => value <= C::PART.programs.into(),
+            RUN_CONTROL => Control::from_number(value).is_some(),
+            TRACE_MODE | TRACE_TAKEN | JOG_HOLD | MEASURE | SELECTED | UPLOAD_CONTROL
+            | UPLOAD_LENGTH | STREAM_CONTROL | PRINT_TAIL => true,
+            COMMAND..COMMAND_END | UPLOAD_NAME..UPLOAD_NAME_END | PROFILE_WINDOW.. => true,
+            _ => return Err(Exception::IllegalAddress),
+        };
+        if good { Ok(()) } else { Err(Exception::IllegalValue) }
     }
 
     fn write(&mut self, address: u16, value: u16) -> Result<(), Exception> {
@@ -378,9 +395,6 @@ impl<C: Chip> Map for Controller<C> {
             SELECTED => self.select(value),
             UPLOAD_CONTROL => self.upload(value),
             UPLOAD_NUMBER => {
-                if value > u16::from(C::PART.programs) {
-                    return Err(Exception::IllegalValue);
-                }
                 self.incoming.number = value as u8;
                 Ok(())
             }
@@ -415,16 +429,14 @@ impl<C: Chip> Map for Controller<C> {
                 }
             }
             CHAR_IN => {
-                if !(33..=125).contains(&value) {
-                    return Err(Exception::IllegalValue);
-                }
                 self.talk.char_in = value as u8;
                 Ok(())
             }
+            AOUTS => {
+                self.set_aout(value);
+                Ok(())
+            }
             OUTPUTS => {
-                if value & !self.all_outputs() != 0 {
-                    return Err(Exception::IllegalValue);
-                }
                 self.motor.actions.take_over(0xFFFF);
                 self.io.outputs = value;
                 Ok(())
@@ -436,10 +448,6 @@ impl<C: Chip> Map for Controller<C> {
                 Ok(())
             }
             OVERRIDES | RAPID_OVERRIDE => {
-                let most = if address == OVERRIDES { 200 } else { 100 };
-                if !(10..=most).contains(&value) {
-                    return Err(Exception::IllegalValue);
-                }
                 let mut percents = self.motor.percents;
                 percents[usize::from(address - OVERRIDES)] = value as u8;
                 self.motor.set_override(percents);
@@ -453,8 +461,19 @@ impl<C: Chip> Map for Controller<C> {
     }
 
     fn may_write_long(&self, address: u16, value: i32) -> Result<(), Exception> {
+        let runs = self.session.is_active();
         match address {
             CELLS..KEEPS => self.may_set_cell((address - CELLS) >> 1, value),
+            KEEPS.. if !runs && self.motor.moving() != 0 => Err(Exception::Busy),
+            KEEPS.. if (address - KEEPS) >> 1 >= self.keep_count() => Err(Exception::IllegalValue),
+            POSITIONS..SPEEDS if (address - POSITIONS) >> 1 >= AXES.into() => {
+                Err(Exception::IllegalValue)
+            }
+            POSITIONS..SPEEDS
+                if runs || self.motor.moving() >> ((address - POSITIONS) >> 1) & 1 != 0 =>
+            {
+                Err(Exception::Busy)
+            }
             _ => Ok(()),
         }
     }
@@ -465,31 +484,19 @@ impl<C: Chip> Map for Controller<C> {
                 self.vm.set_cell((address - CELLS) >> 1, value);
                 Ok(())
             }
-            KEEPS.. if address < KEEPS_END => {
-                if self.session.is_active() || self.motor.moving() == 0 {
-                    if self.set_kept((address - KEEPS) >> 1, value) {
-                        return Ok(());
-                    }
-                    return Err(Exception::IllegalValue);
-                }
-                Err(Exception::Busy)
-            }
-            POSITIONS..SPEEDS => {
-                let n = ((address - POSITIONS) >> 1) as u8;
-                if n >= AXES {
-                    return Err(Exception::IllegalValue);
-                }
-                if self.session.is_active() {
-                    return Err(Exception::Busy);
-                }
-                commands::position_is(self, Axis::new(n), value)
-            }
-            _ => Err(Exception::IllegalAddress),
+            KEEPS.. if self.set_kept((address - KEEPS) >> 1, value) => Ok(()),
+            KEEPS.. => Err(Exception::IllegalValue),
+            _ => commands::position_is(self, Axis::new(((address - POSITIONS) >> 1) as u8), value),
         }
     }
 
-    fn write_bit(&mut self, address: u16, on: bool) -> Result<(), Exception> {
-        if self.command_output(address + 1, on) { Ok(()) } else { Err(Exception::IllegalAddress) }
+    fn may_write_bit(&self, address: u16) -> Result<(), Exception> {
+        let there = self.all_outputs() >> (address & 15) & 1 != 0;
+        if there { Ok(()) } else { Err(Exception::IllegalAddress) }
+    }
+
+    fn write_bit(&mut self, address: u16, on: bool) {
+        self.command_output(address + 1, on);
     }
 
     fn written(&mut self, address: u16) -> Result<(), Exception> {

@@ -27,7 +27,7 @@ impl Line for TestLine {
 struct TestMap {
     writes: Vec<(u16, i32)>,
     refuse: Option<Exception>,
-    /// The greatest 32-bit value that may be written.
+    /// The greatest value that may be written, and the last coil.
     most: Option<i32>,
 }
 
@@ -35,6 +35,13 @@ impl TestMap {
     fn note(&mut self, address: u16, value: i32) -> Result<(), Exception> {
         self.writes.push((address, value));
         self.refuse.map_or(Ok(()), Err)
+    }
+
+    fn may(&self, value: i32) -> Result<(), Exception> {
+        if self.most.is_some_and(|most| value > most) {
+            return Err(Exception::IllegalValue);
+        }
+        Ok(())
     }
 }
 
@@ -46,20 +53,23 @@ impl Map for TestMap {
     fn read_bit(&mut self, _: Table, address: u16) -> bool {
         address.is_multiple_of(3)
     }
+    fn may_write(&self, _: u16, value: u16) -> Result<(), Exception> {
+        self.may(value.into())
+    }
     fn write(&mut self, address: u16, value: u16) -> Result<(), Exception> {
         self.note(address, value.into())
     }
     fn may_write_long(&self, _: u16, value: i32) -> Result<(), Exception> {
-        if self.most.is_some_and(|most| value > most) {
-            return Err(Exception::IllegalValue);
-        }
-        Ok(())
+        self.may(value)
     }
     fn write_long(&mut self, address: u16, value: i32) -> Result<(), Exception> {
         self.note(address, value)
     }
-    fn write_bit(&mut self, address: u16, on: bool) -> Result<(), Exception> {
-        self.note(address, on.into())
+    fn may_write_bit(&self, address: u16) -> Result<(), Exception> {
+        self.may(address.into())
+    }
+    fn write_bit(&mut self, address: u16, on: bool) {
+        self.writes.push((address, on.into()));
     }
     fn written(&mut self, _: u16) -> Result<(), Exception> {
         Ok(())
@@ -149,6 +159,20 @@ fn one_value_that_may_not_be_leaves_all_of_a_request_unwritten() {
     assert_eq!(map.writes, []);
     assert_eq!(exchange(&mut map, both(7)), [1, 16, high, low, 0, 4]);
     assert_eq!(map.writes, [(POSITIONS, 5), (POSITIONS + 2, 7)]);
+}
+
+#[test]
+fn one_register_or_coil_that_may_not_be_leaves_all_of_a_request_unwritten() {
+    let both = |last: u8| sealed(&[1, 16, 7, 208, 0, 2, 4, 0, 5, 0, last]);
+    let mut map = TestMap { most: Some(7), ..TestMap::default() };
+    assert_eq!(exchange(&mut map, both(8)), [1, 0x90, 3]);
+    assert_eq!(exchange(&mut map, sealed(&[1, 6, 7, 208, 0, 8])), [1, 0x86, 3]);
+    assert_eq!(exchange(&mut map, sealed(&[1, 15, 0, 6, 0, 3, 1, 7])), [1, 0x8F, 3]);
+    assert_eq!(exchange(&mut map, sealed(&[1, 5, 0, 8, 0xFF, 0])), [1, 0x85, 3]);
+    assert_eq!(map.writes, []);
+    assert_eq!(exchange(&mut map, both(7)), [1, 16, 7, 208, 0, 2]);
+    assert_eq!(exchange(&mut map, sealed(&[1, 15, 0, 6, 0, 2, 1, 3])), [1, 15, 0, 6, 0, 2]);
+    assert_eq!(map.writes, [(2000, 5), (2001, 7), (6, 1), (7, 1)]);
 }
 
 #[test]

@@ -54,17 +54,19 @@ pub struct Action {
     at: u32,
     /// ms before the place, behind it where it is negative.
     pub lead: i16,
-    /// ms of a pulse, 0 for none.
+    /// ms of a pulse, 0 for none; of an analog output its value.
     pub pulse: u16,
     /// Where its statement stands in the program's code.
     pub pc: u16,
-    /// Output from 1, and [`ON`].
+    /// Output from 1, [`ON`] and [`ANALOG`].
     what: u8,
     waits: Waits,
 }
 
-/// [`Action::what`]: the output goes on.
+/// [`Action::what`]: the output goes on; an analog one gets another value than its safe one.
 const ON: u8 = 1 << 7;
+/// [`Action::what`]: an analog output.
+const ANALOG: u8 = 1 << 6;
 
 impl Action {
     /// Output `n`, from 1, goes on or off.
@@ -72,9 +74,19 @@ impl Action {
         Action { what: n | if on { ON } else { 0 }, ..Action::default() }
     }
 
+    /// Analog output `n`, from 1, gets a value, `on` unless that is the safe one.
+    pub fn analog(n: u8, value: u16, on: bool) -> Action {
+        Action { pulse: value, ..Action::new(n | ANALOG, on) }
+    }
+
+    /// It is one of an analog output, [`Action::pulse`] its value.
+    pub fn is_analog(&self) -> bool {
+        self.what & ANALOG != 0
+    }
+
     /// Number of the output, from 1.
     pub fn output(&self) -> u8 {
-        self.what & !ON
+        self.what & !(ON | ANALOG)
     }
 
     /// The same as a bit: number n is bit n - 1.
@@ -82,7 +94,7 @@ impl Action {
         1 << (self.output().wrapping_sub(1) & 15)
     }
 
-    /// It goes on.
+    /// It goes on, [`Action::analog`] says what that is of an analog one.
     pub fn is_on(&self) -> bool {
         self.what & ON != 0
     }
@@ -278,6 +290,9 @@ impl Actions {
     fn carry_out(&mut self, n: usize) -> Action {
         let action = self.list[n];
         self.remove(n);
+        if action.is_analog() {
+            return action;
+        }
         self.take_over(action.bit());
         if action.pulse != 0
             && action.is_on()

@@ -41,6 +41,13 @@ pub fn image() -> Image {
     Image::parse(include_bytes!("../../image/pasapas-f5529.elf")).expect("the image")
 }
 
+/// Writes a profile into a board without power.
+pub fn give(board: &mut Board, profile: &Profile) {
+    let record = BoardRecord::of(profile, 1);
+    let bytes = record.to_bytes().into_iter().chain(record.more.to_bytes());
+    (F5529.profiles[1]..).zip(bytes).for_each(|(at, byte)| board.poke8(at, byte));
+}
+
 /// A board with a profile and a program, still without power.
 pub fn off(silicon: Silicon, profile: &Profile, script: &str) -> Board {
     let wiring = match profile.wiring {
@@ -51,9 +58,7 @@ pub fn off(silicon: Silicon, profile: &Profile, script: &str) -> Board {
     let config = Config { part: Part::F5529, wiring, silicon, vlo_hz: 14_000, ..Config::default() };
     let mut board = Board::with_config(&config, &image());
     board.power_cut();
-    let record = BoardRecord::of(profile, 1);
-    let bytes = record.to_bytes().into_iter().chain(record.more.to_bytes());
-    (F5529.profiles[1]..).zip(bytes).for_each(|(at, byte)| board.poke8(at, byte));
+    give(&mut board, profile);
     let (source, _) = Source::decode("test", script.as_bytes());
     let (program, diags) = compile(&source, ProfileChoice::Given(Box::new(profile.clone())));
     let program = program.unwrap_or_else(|| panic!("{}", diags.render(&source)));

@@ -95,6 +95,7 @@ impl NativeBoard {
         let record = controller.record.clone();
         desk.set_up(&record);
         controller.motor.pwm.open(&desk, record.more());
+        controller.open_aout();
         controller.open_analog();
         controller.motor.power = controller.full_power();
         controller.reset.cause = cause;

@@ -96,4 +96,10 @@ impl Pins for Desk {
     }
     fn set_pwm(&self, _: u16) {}
     fn gate_pwm(&self, _: bool) {}
+    fn open_aout(&self, hz: u16) -> u16 {
+        let (top, _) = self.open_pwm(hz);
+        top
+    }
+    fn set_aout(&self, _: u16) {}
+    fn darken_aout(&self) {}
 }

@@ -337,8 +337,9 @@ impl Plant {
         if let Some((_, signal)) = named.iter().find(|(p, _)| *p == pin) {
             return Some(*signal);
         }
-        if board.pwm == Some(pin) {
-            return Some(Signal::Pwm);
+        let timed = [(board.pwm, Signal::Pwm), (board.aout, Signal::Aout)];
+        if let Some((_, signal)) = timed.into_iter().find(|(own, _)| *own == Some(pin)) {
+            return Some(signal);
         }
         if let Some([data, drive]) = board.rs485 {
             if pin == data {

@@ -28,6 +28,8 @@ pub enum Signal {
     Tx,
     /// The pin of the PWM.
     Pwm,
+    /// The pin of the analog output.
+    Aout,
     /// Data to the RS-485 transceiver.
     Rs485,
     /// High while that drives its line.
@@ -48,6 +50,7 @@ impl fmt::Display for Signal {
             Signal::Rx => f.write_str("rx"),
             Signal::Tx => f.write_str("tx"),
             Signal::Pwm => f.write_str("pwm"),
+            Signal::Aout => f.write_str("aout"),
             Signal::Rs485 => f.write_str("rs485"),
             Signal::Drive => f.write_str("rs485_drive"),
         }

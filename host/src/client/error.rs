@@ -98,7 +98,8 @@ impl fmt::Display for ClientError {
                  drivers so that STEP is active high, or take a board with an MSP430F5529",
             ),
             ClientError::NoPwm => f.write_str(
-                "this board has no PWM, no RS-485 and no analog inputs; take [pwm], [rs485], [[analog]] and [[threshold]] out of \
+                "this board has no PWM, no RS-485, no analog inputs and no analog output; take [pwm], [rs485], [[analog]], \
+                 [[threshold]] and [[aout]] out of \
                  the profile, or a board with an MSP430F5529",
             ),
             ClientError::Port(error) => write!(f, "the port failed: {error}"),

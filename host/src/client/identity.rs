@@ -289,6 +289,11 @@ pub fn differences(board: &BoardRecord, wanted: &BoardRecord) -> Vec<&'static st
         levels
     };
     compare("analog inputs", analog(board) == analog(wanted));
+    let aout = |record: &BoardRecord| {
+        let more = record.more();
+        (more.aout_hz, more.aout_full, more.aout_safe)
+    };
+    compare("analog output", aout(board) == aout(wanted));
     names
 }
 

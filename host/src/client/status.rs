@@ -7,6 +7,7 @@ use lang::fault::{Fault, LATE_LINE};
 use lang::wire::{self, Control, End, RunState};
 use serde::Serialize;
 
+use super::aout::AoutValue;
 use super::identity::part_of;
 use super::{Client, ClientError};
 use crate::link::Link;
@@ -55,6 +56,9 @@ pub struct Status {
     pub inputs: Vec<u16>,
     /// Outputs that are on.
     pub outputs: Vec<u16>,
+    /// Analog outputs, of boards whose profile has them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub analog_outputs: Vec<AoutValue>,
     /// Input that keeps Start or a move from working.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub blocked_by: Option<u16>,
@@ -95,6 +99,8 @@ pub struct StatusWords {
     pub inputs: Vec<bool>,
     /// Outputs 1 to 16.
     pub outputs: Vec<bool>,
+    /// Analog outputs.
+    pub aouts: Vec<AoutValue>,
 }
 
 impl StatusWords {
@@ -139,6 +145,7 @@ impl StatusWords {
             moving: letters(self.moving & 0xFF),
             inputs: on(&self.inputs),
             outputs: on(&self.outputs),
+            analog_outputs: self.aouts.clone(),
             blocked_by: some(wire::BLOCKING_INPUT),
             run_state,
         }
@@ -156,7 +163,7 @@ pub fn holds(input: u16) -> String {
 }
 
 impl<L: Link> Client<L> {
-    /// Reads the board's state.
+    /// Reads the board's state, without its analog outputs ([`Client::aouts`]).
     ///
     /// # Errors
     /// See [`ClientError`].
@@ -167,6 +174,7 @@ impl<L: Link> Client<L> {
             run: self.holding(wire::RUN_STATE, StatusWords::RUN_LENGTH)?,
             inputs: self.inputs(wire::INPUT_BITS, 17)?,
             outputs: self.coils(wire::COILS, 16)?,
+            aouts: Vec::new(),
         };
         let mut status = words.status();
         if status.may_be_late_line() {

@@ -28,7 +28,9 @@ impl Status {
     pub fn run(&self, options: &Options, console: &Console) -> Result<(), Failure> {
         let mut board = self.port.connect(options, console)?;
         let identity = board.identity()?;
-        let state = board.status()?;
+        let mut state = board.status()?;
+        let unit = board.aout_unit()?;
+        state.analog_outputs = board.aouts(unit)?;
         let late_events = board.late_events()?;
         if console.json() {
             let mut line = serde_json::to_value(&state).unwrap_or_default();
@@ -110,6 +112,9 @@ fn describe(state: &State) -> String {
     };
     text += &format!("\ninputs    on: {}", list(&state.inputs));
     text += &format!("\noutputs   on: {}\n", list(&state.outputs));
+    for own in &state.analog_outputs {
+        text += &format!("analog    output {own}\n");
+    }
     if let Some(input) = state.blocked_by {
         text += &match input {
             wire::UNWIRED => format!("blocked   {}\n", holds(input)),
@@ -142,9 +147,11 @@ impl Watch {
         let mut before = None;
         let mut looks = 0;
         let mut line = Vec::new();
+        let unit = board.aout_unit()?;
         loop {
             // Nothing more comes of a line once its run has ended.
-            let state = board.status()?;
+            let mut state = board.status()?;
+            state.analog_outputs = board.aouts(unit)?;
             let rests = matches!(
                 state.run_state,
                 Some(RunState::Empty | RunState::Ready | RunState::Fault)
@@ -185,12 +192,14 @@ fn brief(state: &State) -> String {
     let join = |numbers: &[u16]| numbers.iter().map(u16::to_string).collect::<Vec<_>>().join(",");
     let fault =
         state.fault.as_ref().map(|fault| format!(" {fault} {}", state.text.unwrap_or_default()));
+    let analog = state.analog_outputs.iter().map(|own| format!("  analog {own}"));
     format!(
-        "{}{}  X {x} Y {y} Z {z} st  in [{}]  out [{}]\n",
+        "{}{}  X {x} Y {y} Z {z} st  in [{}]  out [{}]{}\n",
         state.state,
         fault.unwrap_or_default(),
         join(&state.inputs),
-        join(&state.outputs)
+        join(&state.outputs),
+        analog.collect::<String>()
     )
 }
 
@@ -220,7 +229,8 @@ mod tests {
     use lang::fault::Fault;
     use lang::wire::{FAULT, RUN_STATE, RunState};
 
-    use super::describe;
+    use super::{brief, describe};
+    use crate::client::aout::AoutValue;
     use crate::client::status::StatusWords;
 
     #[test]
@@ -238,5 +248,32 @@ mod tests {
         }
         let told = describe(&StatusWords::default().status());
         assert!(!told.contains("cause"), "{told}");
+        assert!(!told.contains("analog"), "{told}");
+    }
+
+    #[test]
+    fn an_analog_output_shows_its_value_with_its_unit() {
+        let shown = |mv, share| {
+            let aouts = vec![AoutValue { n: 1, mv, share }];
+            let state = StatusWords { aouts, ..StatusWords::default() }.status();
+            [describe(&state), brief(&state), serde_json::to_string(&state).unwrap_or_default()]
+        };
+        let of_voltage = [
+            "analog    output 1 at 1500 mV\n",
+            "  analog 1 at 1500 mV\n",
+            r#""analog_outputs":[{"n":1,"mv":1500}]"#,
+        ];
+        let of_share = [
+            "analog    output 1 at 40\n",
+            "  analog 1 at 40\n",
+            r#""analog_outputs":[{"n":1,"share":40}]"#,
+        ];
+        for (told, parts) in
+            [(shown(Some(1500), None), of_voltage), (shown(None, Some(40)), of_share)]
+        {
+            for (text, part) in told.iter().zip(parts) {
+                assert!(text.contains(part), "{text}");
+            }
+        }
     }
 }

@@ -15,6 +15,7 @@ use super::breaks::Breaks;
 use super::program::Loaded;
 use super::sim::{Ear, tell};
 use super::snapshot::{Frame, Order, Pace, Report, Snapshot, Stand, frames};
+use crate::client::aout::AoutValue;
 use crate::client::identity::differences;
 use crate::client::status::{Status, long};
 use crate::helm::follow::{Follow, Halt};
@@ -317,7 +318,9 @@ impl Eye<'_> {
             registers.extend(board.holding(wire::CELLS + read, count).map_err(words)?);
         }
         let cells = registers.chunks_exact(2).map(|pair| long(pair[0], pair[1])).collect();
-        let status = board.status().map_err(words)?;
+        let mut status = board.status().map_err(words)?;
+        let unit = board.aout_unit().map_err(words)?;
+        status.analog_outputs = board.aouts(unit).map_err(words)?;
         let line = |pc: usize| self.loaded.compiled.sidecar.at(pc).map_or(0, |mark| mark.line);
         let (frames, known) = match &halt.standing {
             Some(standing) => {
@@ -344,10 +347,12 @@ impl Eye<'_> {
             Some(AxisView { axis, um, steps, moving, homed })
         };
         let ports = |on: &[u16]| (1..=16).map(|n| (n, on.contains(&(n as u16)))).collect();
+        let aout = |own: &AoutValue| (own.n.into(), own.mv.or(own.share).map_or(0, i32::from));
         View {
             timer: None,
             inputs: ports(&status.inputs),
             outputs: ports(&status.outputs),
+            aouts: status.analog_outputs.iter().map(aout).collect(),
             axes: Axis::ALL.into_iter().filter_map(axis).collect(),
         }
     }

@@ -21,6 +21,8 @@ pub enum Group {
     Axis(usize, u32),
     /// Inputs (false) or outputs (true).
     Ports(bool, u32),
+    /// Analog outputs.
+    Aouts(u32),
 }
 
 impl Group {
@@ -32,7 +34,8 @@ impl Group {
             | Group::Array(.., line)
             | Group::Axes(line)
             | Group::Axis(_, line)
-            | Group::Ports(_, line) => *line,
+            | Group::Ports(_, line)
+            | Group::Aouts(line) => *line,
         }
     }
 }
@@ -47,6 +50,9 @@ pub fn groups(names: &Names, line: u32) -> Vec<(&'static str, &'static str, Grou
     groups.push(("Axes", "registers", Group::Axes(line)));
     groups.push(("Inputs", "registers", Group::Ports(false, line)));
     groups.push(("Outputs", "registers", Group::Ports(true, line)));
+    if !names.profile.aouts.is_empty() {
+        groups.push(("Analog outputs", "registers", Group::Aouts(line)));
+    }
     groups
 }
 
@@ -111,6 +117,15 @@ pub fn entries(group: &Group, names: &Names, at: &Snapshot) -> Vec<Entry> {
                 plain(name, value.to_owned(), "Truth", Some(format!("{func}({n})")))
             };
             list.iter().map(entry).collect()
+        }
+        Group::Aouts(_) => {
+            let entry = |(n, value): &(i32, i32)| {
+                let own = names.profile.aouts.iter().find(|own| own.n == *n)?;
+                let kind = if own.is_share() { Kind::Number } else { Kind::Voltage };
+                let name = own.name.as_ref().map_or(n.to_string(), |name| format!("{n} {name}"));
+                Some(plain(name, quantity(kind, *value), kind.name(), None))
+            };
+            at.view.aouts.iter().filter_map(entry).collect()
         }
     }
 }

@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::Board;
 use super::follow::Halt;
 use crate::client::ClientError;
+use crate::client::aout::AoutUnit;
 use crate::client::identity::Identity;
 use crate::client::status::{Status, StatusWords, long};
 
@@ -76,6 +77,7 @@ enum Step {
     Outputs,
     Overrides,
     Identity,
+    Analog,
     Cells(u16),
     /// Only where F14 may be a line that came too late.
     Late,
@@ -89,6 +91,8 @@ pub struct Round {
     words: StatusWords,
     next: Picture,
     shift: [Shift; 3],
+    /// Of the board's analog output, if it has one.
+    unit: Option<AoutUnit>,
 }
 
 /// Work position less machine position of an axis. The two are read one after the other, and an axis
@@ -126,6 +130,7 @@ impl Round {
             words: StatusWords::default(),
             next: Picture::default(),
             shift: Default::default(),
+            unit: None,
         }
     }
 
@@ -139,13 +144,26 @@ impl Round {
         (self.step, self.count) = (Step::Motion, 0);
     }
 
+    /// Reads some cells, from `first` on. Returns what comes next; after the last ones everything has been read.
+    fn cells(next: &mut Picture, board: &mut Board, first: u16) -> Result<Step, ClientError> {
+        let all = next.cells.len() as u16;
+        let count = all.saturating_sub(first).min(CELLS_AT_ONCE);
+        if count > 0 {
+            let words = board.holding(wire::CELLS + 2 * first, 2 * count)?;
+            for (pair, cell) in words.chunks_exact(2).zip(&mut next.cells[first.into()..]) {
+                *cell = long(pair[0], pair[1]);
+            }
+        }
+        Ok(if first + count < all { Step::Cells(first + count) } else { Step::Late })
+    }
+
     /// Makes the next look. The picture comes with the round's last one.
     ///
     /// # Errors
     /// See [`ClientError`].
     pub fn look(&mut self, board: &mut Board) -> Result<Option<Picture>, ClientError> {
-        let next = &mut self.next;
-        self.step = match self.step {
+        let (next, was) = (&mut self.next, self.step);
+        self.step = match was {
             // Before the places: what rests then is read where it rests.
             Step::Motion => {
                 let words = board.input(wire::MOVING, wire::LIMITS - wire::MOVING + 1)?;
@@ -175,7 +193,7 @@ impl Round {
             }
             Step::Outputs => {
                 self.words.outputs = board.coils(wire::COILS, 16)?;
-                if self.count.is_multiple_of(SELDOM) { Step::Overrides } else { Step::Cells(0) }
+                if self.count.is_multiple_of(SELDOM) { Step::Overrides } else { Step::Analog }
             }
             Step::Overrides => {
                 // A part without an override has no such block.
@@ -190,26 +208,16 @@ impl Round {
                 let (identity, cells) = (board.identity()?, board.program_cells()?);
                 next.cells.resize(usize::from(cells), 0);
                 next.identity = Some(identity);
+                self.unit = board.aout_unit()?;
+                Step::Analog
+            }
+            // Without one there is nothing to read: the exchange is that of the cells.
+            Step::Analog if self.unit.is_some() => {
+                self.words.aouts = board.aouts(self.unit)?;
                 Step::Cells(0)
             }
-            Step::Cells(first) => {
-                let all = next.cells.len() as u16;
-                let count = all.saturating_sub(first).min(CELLS_AT_ONCE);
-                if count > 0 {
-                    let words = board.holding(wire::CELLS + 2 * first, 2 * count)?;
-                    for (pair, cell) in words.chunks_exact(2).zip(&mut next.cells[first.into()..]) {
-                        *cell = long(pair[0], pair[1]);
-                    }
-                }
-                if first + count < all {
-                    Step::Cells(first + count)
-                } else {
-                    let status = std::mem::take(&mut self.words).status();
-                    let late = status.may_be_late_line();
-                    next.status = Some(status);
-                    if late { Step::Late } else { Step::Motion }
-                }
-            }
+            Step::Analog => Round::cells(next, board, 0)?,
+            Step::Cells(first) => Round::cells(next, board, first)?,
             Step::Late => {
                 if let Some(status) = &mut next.status {
                     board.explain_late_line(status)?;
@@ -217,6 +225,13 @@ impl Round {
                 Step::Motion
             }
         };
+        if was != Step::Late && self.step == Step::Late {
+            let status = std::mem::take(&mut self.words).status();
+            if !status.may_be_late_line() {
+                self.step = Step::Motion;
+            }
+            next.status = Some(status);
+        }
         if self.step != Step::Motion {
             return Ok(None);
         }

@@ -114,6 +114,8 @@ impl Player<'_> {
                 }
             }
             What::Out { n, v, .. } => self.output(*n, *v != 0),
+            // Cells know no analog outputs; its time passes.
+            What::Aout { .. } => self.wait(0),
             What::Wait { ms, .. } => self.wait(u64::try_from(*ms).unwrap_or(0) * 1_000),
             What::WaitIn { n, v, ok, line } => self.wait_in(*n, *v != 0, *ok, *line, number),
             What::WaitStart { .. } => {

@@ -380,13 +380,14 @@ impl Native {
                 homed: motor.homed >> i & 1 != 0,
             }
         };
-        let wiring = self.profile.wiring;
+        let (wiring, aouts) = (self.profile.wiring, self.profile.aouts.iter());
         let input = |n: i32| (n, controller.input(n as u8));
         let output = |n: i32| (n, controller.io.outputs >> (n - 1) & 1 != 0);
         View {
             timer: Some(controller.program.timer),
             inputs: (1..=wiring.inputs().min(16)).map(input).collect(),
             outputs: (1..=wiring.outputs().min(16)).map(output).collect(),
+            aouts: aouts.map(|own| (own.n, controller.io.aout.value.into())).collect(),
             axes: self.profile.axes().map(|(letter, _)| axis(letter)).collect(),
         }
     }

@@ -3,7 +3,7 @@
 use lang::axis::Axis;
 use lang::fault::Fault;
 use lang::profile::Profile;
-use lang::wire::{End, TRACE_OK, TraceKind};
+use lang::wire::{End, TRACE_OK, TRACE_SHARE, TraceKind};
 
 use super::trace::{AxisLetter, MoveKind, PerAxis, Status, What};
 
@@ -34,6 +34,12 @@ pub fn event(
         TraceKind::Arc => movement(MoveKind::Arc),
         TraceKind::Out => {
             Some(What::Out { line, n: number, v: on, sync: ok, pos: ok.then_some(to) })
+        }
+        TraceKind::Aout => {
+            let is_share = argument & TRACE_SHARE != 0;
+            let (mv, share) = if is_share { (None, Some(value)) } else { (Some(value), None) };
+            let n = number & !i32::from(TRACE_SHARE);
+            Some(What::Aout { line, n, mv, share, sync: ok, pos: ok.then_some(to) })
         }
         TraceKind::Wait => Some(What::Wait { line, ms: value }),
         TraceKind::WaitIn => Some(What::WaitIn { line, n: number, v: on, ok }),

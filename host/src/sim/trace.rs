@@ -135,6 +135,25 @@ pub enum What {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pos: Option<PerAxis>,
     },
+    /// An analog output gets a value.
+    Aout {
+        /// Line.
+        line: u32,
+        /// Number of the output, from 1.
+        n: i32,
+        /// Its value in mV, where the profile counts in these.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        mv: Option<i32>,
+        /// Its value in steps of a share, where the profile counts in these.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        share: Option<i32>,
+        /// By SYNC, on the way of a path.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        sync: bool,
+        /// The places at that moment, of one by SYNC.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pos: Option<PerAxis>,
+    },
     /// Wait, G4 and dwells, when they begin.
     Wait {
         /// Line.
@@ -258,6 +277,7 @@ impl What {
             What::Home { line, .. }
             | What::Move { line, .. }
             | What::Out { line, .. }
+            | What::Aout { line, .. }
             | What::Wait { line, .. }
             | What::WaitIn { line, .. }
             | What::Probe { line, .. }

@@ -26,6 +26,8 @@ pub struct View {
     pub inputs: Vec<(i32, bool)>,
     /// Outputs: number and state.
     pub outputs: Vec<(i32, bool)>,
+    /// Analog outputs: number and value, mV or steps of a share as the profile says.
+    pub aouts: Vec<(i32, i32)>,
     /// Axes that there are.
     pub axes: Vec<AxisView>,
 }

@@ -6,6 +6,7 @@
 //! had set. Everything is cut and compiled before anything moves.
 
 use lang::back::{self, Compiled, Sidecar};
+use lang::effect::ActKind;
 use lang::hir::{Block, Expr, ExprKind, Program, RoutineId, Stmt, StmtKind, Storage};
 use lang::kind::Kind;
 use lang::part::Part;
@@ -40,6 +41,8 @@ struct State {
     spindle: Option<Stmt>,
     /// Outputs that are on, each by the statement that switched it.
     outputs: Vec<(i32, Stmt)>,
+    /// The same of analog outputs, whatever their value.
+    aouts: Vec<(i32, Stmt)>,
 }
 
 /// Bytes of a piece that are left to its slow points, where the part takes them: few corners of a path bind.
@@ -167,7 +170,7 @@ fn compile(program: &mut Program, head: &[Stmt], body: &[Stmt], room: usize) -> 
 /// What a piece sets before its first statement.
 fn preamble(program: &Program, state: &State) -> Block {
     let mut out: Block = state.feed.iter().chain(&state.spindle).cloned().collect();
-    out.extend(state.outputs.iter().map(|(_, stmt)| stmt.clone()));
+    out.extend(state.outputs.iter().chain(&state.aouts).map(|(_, stmt)| stmt.clone()));
     let spin_up = i32::from(program.profile.run.spin_up_ms);
     if let Some((_, stmt)) = state.outputs.last().filter(|_| spin_up > 0) {
         let time =
@@ -284,10 +287,20 @@ fn follow(program: &Program, stmt: &Stmt, state: &mut State, depth: usize) -> Re
             (Touch::Off | Touch::Axes | Touch::Nothing, _) => {}
         },
         // The output is as that of SetOut where the next piece begins.
+        StmtKind::Sync(own) if own.kind == ActKind::Analog => {
+            let kind = StmtKind::SetAout(own.n.clone(), own.value.clone());
+            follow(program, &Stmt { kind, ..stmt.clone() }, state, depth)?;
+        }
+        StmtKind::SetAout(n, value) => {
+            let n = constant(n)?;
+            constant(value)?;
+            state.aouts.retain(|(other, _)| *other != n);
+            state.aouts.push((n, stmt.clone()));
+        }
         StmtKind::Sync(own) => {
             let n = constant(&own.n)?;
             state.outputs.retain(|(other, _)| *other != n);
-            if !own.pulse && constant(&own.value)? != 0 {
+            if own.kind == ActKind::Set && constant(&own.value)? != 0 {
                 let values = vec![own.n.clone(), own.value.clone()];
                 let kind = StmtKind::Plain(Plain::SetOut, values);
                 state.outputs.push((n, Stmt { kind, ..stmt.clone() }));

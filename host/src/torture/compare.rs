@@ -80,11 +80,15 @@ pub fn alike(a: &What, b: &What, steps: i32) -> bool {
 
 /// The lines of a trace that come in the order of the statements, and those of SYNC, which come when their places do: of
 /// these the order and the places hang on the instant.
-fn by_order(trace: &[Event]) -> (Vec<&Event>, Vec<(u32, i32, u8)>) {
+fn by_order(trace: &[Event]) -> (Vec<&Event>, Vec<(u32, i32, i32)>) {
     let (mut others, mut acts) = (Vec::new(), Vec::new());
     for event in trace {
         match event.what {
-            What::Out { line, n, v, sync: true, .. } => acts.push((line, n, v)),
+            What::Out { line, n, v, sync: true, .. } => acts.push((line, n, v.into())),
+            // Behind all outputs that are on or off.
+            What::Aout { line, n, mv, share, sync: true, .. } => {
+                acts.push((line, 100 + n, mv.or(share).unwrap_or(0)));
+            }
             _ => others.push(event),
         }
     }

@@ -4,6 +4,7 @@
 
 mod expr;
 mod gcode;
+mod machine;
 mod tape;
 mod world;
 

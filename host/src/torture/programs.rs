@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 use lang::back::Compiled;
+use lang::front::compile;
 use lang::front::source::Source;
-use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::image::Image;
 use lang::part::{F5529, Part};
@@ -62,7 +62,7 @@ pub struct Made {
 /// Compiles a case; `None` when the compiler refuses it.
 pub fn make(case: Case) -> Option<Made> {
     let source = Source::new("g.bas", case.script.clone());
-    let (program, _) = compile(&source, ProfileChoice::built_in());
+    let (program, _) = compile(&source, case.machine());
     let program = program?;
     let compiled = lang::back::compile(&program).ok()?;
     let world = World::parse("g.rhai", &case.world).ok()?;

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use lang::axis::Axis;
-use lang::effect::{Act, Action, Center, Dist, Effect, Lead, Plane};
+use lang::effect::{Action, Center, Dist, Effect, Lead, Plane};
 
 /// An action, and how far the path is beyond its place.
 #[derive(Clone, Copy, Debug)]
@@ -76,21 +76,13 @@ impl Along {
     }
 
     /// Something else has switched these outputs: what is still to come for them does not.
-    pub fn forget(&mut self, which: impl Fn(i32) -> bool) {
-        self.list.retain(|own| !which(own.action.n));
+    pub fn forget(&mut self, which: impl Fn(&Action) -> bool) {
+        self.list.retain(|own| !which(&own.action));
     }
 
     /// What has not acted yet, as statements before the path's next block.
     pub fn effects(&self) -> impl Iterator<Item = Effect> + '_ {
         self.list.iter().map(|own| Effect::Sync(own.rest()))
-    }
-}
-
-/// What an output is after an action: a pulse is over.
-pub fn level(action: &Action) -> i32 {
-    match action.act {
-        Act::Set(level) => level,
-        Act::Pulse(_) => 0,
     }
 }
 

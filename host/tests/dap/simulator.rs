@@ -149,6 +149,29 @@ fn faults_halt_and_can_be_looked_at() {
 }
 
 #[test]
+fn an_analog_output_is_shown_with_its_unit() {
+    let (folder, file) = script("");
+    let mill = include_str!("../../../examples/profiles/mill.toml");
+    let profile = folder.path().join("blower.toml");
+    let kinds = [("", "10mV", "1 blow=400mV"), ("range = 1000\n", "1", "1 blow=40")];
+    for (keys, step, shown) in kinds {
+        let text = format!("{mill}\n[[aout]]\nn = 1\nname = \"blow\"\n{keys}");
+        std::fs::write(&profile, text).expect("a file");
+        std::fs::write(
+            &file,
+            format!("CONST STEP_UP = {step}\nSetAout blow, 40 * STEP_UP\nWait 1ms\n"),
+        )
+        .expect("a file");
+        let mut client = Client::start();
+        let launch = json!({ "program": file, "profile": profile.display().to_string() });
+        client.launch(launch, json!([{ "line": 3 }]));
+        assert_eq!(client.halt().0, "breakpoint");
+        assert_eq!(client.list("Analog outputs"), [shown]);
+        client.close();
+    }
+}
+
+#[test]
 fn variables_are_set_and_a_run_is_paused_and_restarted() {
     let (_folder, file) = script(
         "DIM go_on AS LENGTH AT 3000 MAX 9mm\nWHILE go_on = 0mm\n  Wait 1ms\nWEND\nPRINT go_on\n",

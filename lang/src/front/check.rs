@@ -4,6 +4,7 @@
 //! checked and lowered. G-code blocks are taken apart before that, and their modal state is
 //! followed over a graph of the control flow ([`gcode`]).
 
+mod aout;
 mod argument;
 mod bits;
 mod calls;
@@ -296,7 +297,7 @@ impl<'a> Checker<'a> {
                 Entity::Const(kind, value) => {
                     fact = Fact { kinds: vec![kind], inferred: true, value, ..fact };
                 }
-                Entity::Port(_, n) | Entity::Analog(n) => fact.value = n,
+                Entity::Port(_, n) | Entity::Analog(_, n) => fact.value = n,
                 Entity::Var(id) => {
                     let var = &self.vars[id.0 as usize];
                     fact.kinds = vec![var.kind];

@@ -15,7 +15,6 @@ mod stmt;
 mod sugar;
 mod timeouts;
 
-pub use machine::NO_ANALOG_OUTPUT;
 pub use sugar::{GREATEST, TIMED_OUT, edge_key, elapsed_key};
 
 use super::ast::{Script, Stmt, StmtKind};

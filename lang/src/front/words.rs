@@ -146,7 +146,8 @@ macro_rules! with_plain {
     StepAccel "STEPACCEL" Soft "AS STEPACCEL" "Steps per second squared: `25000st/s2`."
     Angle "ANGLE" Soft "AS ANGLE" "Thousandths of a degree: `90deg`, `500mdeg`."
     Voltage "VOLTAGE" Soft "AS VOLTAGE" "Millivolts: `1.2V`, `800mV`."
-    Sync "SYNC" Soft "SYNC SetOut n, ON|OFF [, lead], SYNC Pulse n, time [, lead]" "Switches an output where the next move of a path begins, without stopping it; a lead is a Time or a Length before that place, negative behind it. The MSP430F5529 has it."
+    Sync "SYNC" Soft "SYNC SetOut n, ON|OFF [, lead], SYNC Pulse n, time [, lead], SYNC SetAout n, v [, lead]" "Sets an output where the next move of a path begins, without stopping it; a lead is a Time or a Length before that place, negative behind it. The MSP430F5529 has it."
+    SetAout "SetAout" Soft "SetAout n, v" "Gives an analog output a Voltage, or a share of its range where the profile says so. The MSP430F5529 has one."
     Analog "ANALOG" Soft "ANALOG name = number" "A name for an analog input, counted from 1."
 } };
 }

@@ -2,7 +2,7 @@
 
 use super::{BinOp, Expr, LabelId, RoutineId, Span, VarId};
 use crate::axis::Axis;
-use crate::effect::{Frame, Plane, Unit, Want};
+use crate::effect::{ActKind, Frame, Plane, Unit, Want};
 use crate::plain::Plain;
 
 /// Statements in order.
@@ -184,10 +184,10 @@ pub struct Cycle {
 pub struct Sync {
     /// Its number, from 1.
     pub n: Expr,
-    /// Its level, or of a pulse the Time.
+    /// Its level, of a pulse the Time, of an analog output the value.
     pub value: Expr,
-    /// It is a pulse.
-    pub pulse: bool,
+    /// Which of these it is.
+    pub kind: ActKind,
     /// A Time or a Length before the place, behind it where it is negative.
     pub lead: Expr,
 }
@@ -197,8 +197,10 @@ pub struct Sync {
 pub enum StmtKind {
     /// Arguments, then an opcode; the spindle's and coolant's M words, G4, M0 and M6 among them.
     Plain(Plain, Vec<Expr>),
-    /// SYNC, and M62 and M63.
+    /// SYNC, and M62, M63 and M67.
     Sync(Box<Sync>),
+    /// SetAout and M68: number and value.
+    SetAout(Expr, Expr),
     /// `place = value`
     Assign(Place, Expr),
     /// IF, in both forms.

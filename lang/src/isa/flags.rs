@@ -14,7 +14,7 @@
 //! | `waitin` | want, LEVEL, TIMEOUT, WAIT_QUERY, INPUT_ON_STACK or the input at INPUT | | |
 //! | `waitchar` | TIMEOUT, WAIT_QUERY | | |
 //! | `event` | slot, EVENT_KIND | | |
-//! | `sync` | LEAD_TIME, SYNC_PULSE | | |
+//! | `sync` | LEAD_TIME, SYNC_PULSE or SYNC_ANALOG | | |
 //! | `read` | axis, the rest [`super::Look`] | | |
 
 /// Axis index.
@@ -89,5 +89,7 @@ pub const OFF_EVERY: u8 = 0;
 pub const LEAD_TIME: u8 = 1;
 /// `sync`: the second value is the time of a pulse, ms, not a level.
 pub const SYNC_PULSE: u8 = 1 << 1;
+/// `sync`: the output is an analog one, the second value what it gets.
+pub const SYNC_ANALOG: u8 = 1 << 2;
 /// Axis value that means all axes.
 pub const ALL_AXES: u8 = 3;

@@ -108,7 +108,8 @@ macro_rules! opcode_rows {
             0x55 x 1 Cos "cos" None 1 1 Pure "cosine of 1/1000 degrees, in 1/10000";
             0x56 x 1 Atan2 "atan2" None 2 1 Pure "angle of (left, right) = (y, x), 1/1000 degrees";
             0x57 x 1 MulDiv "muldiv" None 3 1 Pure "over = pop, times = pop; top * times / over, half away from zero; F02, F01";
-            0x58 x 1 Sync "sync" U8 3 0 Effect "SYNC: n, level or ms, lead; the output acts where the path's next block begins";
+            0x58 x 1 Sync "sync" U8 3 0 Effect "SYNC: n, level, ms or value, lead; the output acts where the path's next block begins";
+            0x59 x 1 SetAout "setaout" None 2 0 Effect "SetAout n, value";
             // Short forms.
             0x60 x 32 Small "small" None 0 1 Pure "push n";
             0x80 x 16 Load "load" None 0 1 Pure "push cell[n]";

@@ -72,6 +72,8 @@ pub const RS485: [Pin; 2] = [Pin::new(3, 3, "4"), Pin::new(3, 4, "3")];
 pub const DRIVE: Pin = Pin::new(4, 0, "33");
 /// PWM: TB0.5.
 pub const PWM: Pin = Pin::new(3, 5, "30");
+/// Analog output, a second PWM: TB0.6.
+pub const ANALOG_OUT: Pin = Pin::new(3, 6, "29");
 /// High: the outputs of TB0 are let go, without any software (TB0OUTH).
 pub const PWM_OFF: Pin = Pin::new(3, 7, "32");
 /// The back channel of the board's USB: transmit, receive (UCA1).
@@ -88,8 +90,6 @@ pub const DIR_A: Pin = Pin::new(8, 2, "31");
 /// Analog inputs: channels A4, A5, A6 and A12 of the converter.
 pub const ANALOG: [Pin; 4] =
     [Pin::new(6, 4, "27"), Pin::new(6, 5, "2"), Pin::new(6, 6, "6"), Pin::new(7, 0, "28")];
-/// A second PWM: TB0.6.
-pub const SECOND_PWM: Pin = Pin::new(3, 6, "29");
 /// Counters: the clock of TA2, and TA2.0 by capture. Both have port interrupts.
 pub const COUNTERS: [Pin; 2] = [Pin::new(2, 2, "18"), Pin::new(2, 3, "12")];
 /// A quadrature pair of the chain wiring; with port interrupts.
@@ -132,12 +132,13 @@ pub const ROWS: &[Row] = &[
     row(&RS485, "RS-485 transmit, receive", SAME),
     row(&[DRIVE], "RS-485: high while it drives", SAME),
     row(&[PWM], "PWM of a [laser, spindle or servo](../host/profiles.md#the-pwm-pwm)", SAME),
+    row(&[ANALOG_OUT], "analog output 1 of [`SetAout`](../lang/README.md#the-analog-output)", SAME),
     row(
         &ANALOG,
         "analog inputs 1 to 4 of [`AIN`](../lang/README.md#analog-inputs), 0 to 3.3 V",
         SAME,
     ),
-    row(&[PWM_OFF], "high lets go of the PWM's pin", SAME),
+    row(&[PWM_OFF], "high lets go of the pins of PWM and analog output", SAME),
     row(&LINK, "UART transmit, receive: the back channel of the board's USB", SAME),
 ];
 
@@ -145,7 +146,6 @@ pub const ROWS: &[Row] = &[
 pub const RESERVED: &[Row] = &[
     row(&[STEP_A], "kept for STEP A (TA0.4)", SAME),
     row(&[DIR_A], "kept for DIR A", SAME),
-    row(&[SECOND_PWM], "kept for a second PWM (TB0.6)", SAME),
     row(&[COUNTERS[0]], "kept for counter 1 (TA2CLK) and the self-test", SAME),
     row(
         &[COUNTERS[1]],

@@ -94,7 +94,8 @@ pub const F5529: Part = Part {
         | feature::RETRY
         | feature::MATHS
         | feature::ACTIONS
-        | feature::ANALOG,
+        | feature::ANALOG
+        | feature::AOUT,
     pool: [1152, 1152],
     event_pool: [0, 0],
     course_pool: 0,

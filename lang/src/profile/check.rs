@@ -110,7 +110,8 @@ impl Profile {
         let outputs = self.outputs.iter().map(|own| ("output", own.n, own.name.as_deref()));
         let mut seen = HashMap::new();
         let analogs = self.analogs.iter().map(|own| ("analog input", own.n, own.name.as_deref()));
-        for (what, n, name) in inputs.chain(outputs).chain(analogs) {
+        let aouts = self.aouts.iter().map(|own| ("analog output", own.n, own.name.as_deref()));
+        for (what, n, name) in inputs.chain(outputs).chain(analogs).chain(aouts) {
             let Some(name) = name else { continue };
             if !is_name(name) {
                 let proposal =
@@ -213,6 +214,7 @@ impl Profile {
         }
         self.check_analog()?;
         self.check_pwm(range)?;
+        self.check_aout(range)?;
         self.check_roles()?;
         self.check_names()?;
         for output in &self.outputs {

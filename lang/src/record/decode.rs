@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use super::{BoardRecord, MoreRecord, OutputStates, ThresholdRecord};
 use crate::profile::{
-    Analog, FIRST_THRESHOLD, Input, InputRole, Link, Output, OutputRole, Parity, Profile, Pwm,
-    PwmKind, SafeState, Threshold, Wiring,
+    Analog, Aout, AoutPause, FIRST_THRESHOLD, Input, InputRole, Link, Output, OutputRole, Parity,
+    Profile, Pwm, PwmKind, SafeState, Threshold, Wiring,
 };
 
 impl BoardRecord {
@@ -72,6 +72,7 @@ impl BoardRecord {
         profile.pwm = more.pwm();
         profile.analogs = more.analogs(&base.analogs);
         profile.thresholds = more.thresholds();
+        profile.aouts = more.aouts(&base.aouts);
         profile.rs485 =
             (more.rs485_address != 0).then(|| link(more.rs485_address, more.rs485_rate));
         profile
@@ -205,7 +206,10 @@ impl MoreRecord {
                 on: word(14 + 4 * n),
                 off: word(16 + 4 * n),
             }),
-            crc: word(30),
+            aout_hz: word(30),
+            aout_full: word(32),
+            aout_safe: word(34),
+            crc: word(36),
         }
     }
 
@@ -233,6 +237,25 @@ impl MoreRecord {
             off_mv: (record.off & ThresholdRecord::LEVEL).into(),
         };
         used.map(threshold).collect()
+    }
+
+    /// The analog output; its name is that of `base`.
+    fn aouts(&self, base: &[Aout]) -> Vec<Aout> {
+        let full = i32::from(self.aout_full & MoreRecord::VALUE);
+        let share = self.aout_full & MoreRecord::SHARE != 0;
+        let output = (full != 0).then(|| Aout {
+            n: 1,
+            name: base.iter().find(|aout| aout.n == 1).and_then(|aout| aout.name.clone()),
+            frequency_hz: Some(self.aout_hz),
+            full_mv: (!share).then_some(full),
+            range: share.then_some(full),
+            safe: (self.aout_safe & MoreRecord::VALUE).into(),
+            pause: match self.aout_safe & MoreRecord::PAUSES {
+                0 => AoutPause::Keep,
+                _ => AoutPause::Safe,
+            },
+        });
+        output.into_iter().collect()
     }
 
     fn pwm(&self) -> Option<Pwm> {

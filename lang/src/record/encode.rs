@@ -6,8 +6,8 @@ use super::{
 };
 use crate::axis::Axis;
 use crate::profile::{
-    AxisProfile, Direction, FIRST_THRESHOLD, InputRole, Output, OutputRole, Parity, Profile,
-    PwmKind, SafeState, Wiring,
+    AoutPause, AxisProfile, Direction, FIRST_THRESHOLD, InputRole, Output, OutputRole, Parity,
+    Profile, PwmKind, SafeState, Wiring,
 };
 use crate::wire::{CRC_START, crc16};
 
@@ -275,6 +275,14 @@ impl MoreRecord {
             more.rs485_rate = rate_code(rs485.rate, rs485.parity);
         }
         more.thresholds = thresholds(profile);
+        if let Some(aout) = profile.aouts.first() {
+            let value = |value: i32| u16::try_from(value).unwrap_or(0) & MoreRecord::VALUE;
+            more.aout_hz = profile.aout_hz();
+            more.aout_full =
+                value(aout.full()) | if aout.is_share() { MoreRecord::SHARE } else { 0 };
+            let pauses = aout.pause == AoutPause::Safe;
+            more.aout_safe = value(aout.safe) | if pauses { MoreRecord::PAUSES } else { 0 };
+        }
         let Some(pwm) = &profile.pwm else { return more };
         MoreRecord {
             pwm_hz: pwm.hz(),
@@ -318,7 +326,8 @@ impl MoreRecord {
         let rs485 = u16::from_le_bytes([self.rs485_address, self.rs485_rate]);
         let words = pwm.into_iter().chain([self.servo_low, self.servo_high, kind, rs485]);
         let levels = self.thresholds.into_iter().flat_map(|levels| [levels.on, levels.off]);
-        let words = words.chain(levels).chain([self.crc]);
+        let aout = [self.aout_hz, self.aout_full, self.aout_safe];
+        let words = words.chain(levels).chain(aout).chain([self.crc]);
         let mut bytes = [0; MoreRecord::SIZE];
         for (place, word) in bytes.chunks_exact_mut(2).zip(words) {
             place.copy_from_slice(&word.to_le_bytes());

@@ -3,7 +3,8 @@
 
 use crate::axis::{Axis, AxisSet};
 use crate::effect::{
-    Act, Action, Center, Coord, Dist, Effect, Frame, Lead, Plane, Rate, Read, Sensor, Unit, Want,
+    ActKind, Action, Center, Coord, Dist, Effect, Frame, Lead, Plane, Rate, Read, Sensor, Unit,
+    Want,
 };
 use crate::isa::{Look, Op, SHORT_AXES, flags};
 use crate::place::Target;
@@ -180,10 +181,11 @@ pub fn decode(code: u8, operands: [u8; 3], arguments: [i32; MAX_ARGUMENTS]) -> O
             let (n, value, lead) = (args.next(), args.next(), args.next());
             Effect::Sync(Action {
                 n,
-                act: if b & flags::SYNC_PULSE != 0 { Act::Pulse(value) } else { Act::Set(value) },
+                act: ActKind::of(b).with(value),
                 lead: if b & flags::LEAD_TIME != 0 { Lead::Time(lead) } else { Lead::Way(lead) },
             })
         }
+        Op::SetAout => Effect::SetAout { n: args.next(), value: args.next() },
         Op::Feed => Effect::SetFeed(Rate::Um(args.next())),
         Op::FeedSteps => Effect::SetFeed(Rate::Steps(args.next())),
         Op::Spindle => Effect::SetSpindle(args.next()),

@@ -4,9 +4,7 @@
 
 use super::effects::{MAX_ARGUMENTS, plane_axes};
 use crate::axis::Axis;
-use crate::effect::{
-    Act, Action, Center, Coord, Dist, Effect, Frame, Lead, Rate, Read, Sensor, Want,
-};
+use crate::effect::{Action, Center, Coord, Dist, Effect, Frame, Lead, Rate, Read, Sensor, Want};
 use crate::isa::{Look, Op, flags};
 
 /// An effect's instruction: its code with the bytes after it, and the values that it takes from the stack.
@@ -99,16 +97,14 @@ pub fn encode(effect: &Effect) -> Option<Encoded> {
             Encoded::new(statement.op(), &[]).with_all(values.into_iter().take(count))
         }
         Effect::Sync(Action { n, act, lead }) => {
-            let (value, pulse) = match act {
-                Act::Set(level) => (level, 0),
-                Act::Pulse(ms) => (ms, flags::SYNC_PULSE),
-            };
+            let (kind, value) = act.parts();
             let (lead, time) = match lead {
                 Lead::Way(um) => (um, 0),
                 Lead::Time(ms) => (ms, flags::LEAD_TIME),
             };
-            Encoded::new(Op::Sync, &[pulse | time]).with_all([n, value, lead])
+            Encoded::new(Op::Sync, &[kind.flag() | time]).with_all([n, value, lead])
         }
+        Effect::SetAout { n, value } => Encoded::new(Op::SetAout, &[]).with_all([n, value]),
         Effect::MoveAxe { axis, to, speed, accel, decel, wait } => {
             let (target, steps) = dist(to.value);
             let (speed_bits, speed) = rated(speed, flags::SPEED, flags::SPEED_STEPS);

@@ -205,6 +205,8 @@ codes! {
         End = 16,
         /// RUN. Argument: number of the program that begins; what follows stands in its code.
         Run = 17,
+        /// SetAout. Argument: analog output, bit 6 a share, bit 7 on the way of a path. Value: mV, or steps of the share.
+        Aout = 18,
     }
 }
 

@@ -21,6 +21,7 @@ macro_rules! register_rows {
                 CNC_STATUS: InputRegisters 3000 + 5, 0;
                 OWN_INPUT: InputRegisters 5000 + 200, 0;
                 COMMAND: Holding 2000 + 21, WRITABLE;
+                AOUTS: Holding 2150 + 8, WRITABLE;
                 OUTPUTS: Holding 2160 + 1, WRITABLE;
                 POSITIONS: Holding 2400 + 12, WRITABLE | LONG;
                 SPEEDS: Holding 2412 + 12, 0;
@@ -29,7 +30,7 @@ macro_rules! register_rows {
                 KEEPS: Holding 4000 + 16, WRITABLE | LONG;
                 OWN: Holding 5000 + 200, WRITABLE;
                 PROFILE_WINDOW: Holding 5200 + 32, WRITABLE;
-                PROFILE_MORE: Holding 5240 + 16, WRITABLE;
+                PROFILE_MORE: Holding 5240 + 19, WRITABLE;
                 LIBRARY: Holding 6000 + 1024, 0;
                 TRACE_QUEUE: Holding 7100 + 352, 0;
                 UPLOAD_WINDOW: Holding 8000 + 1536, WRITABLE;
@@ -74,6 +75,8 @@ macro_rules! register_rows {
                 CNC_STATE: CNC_STATUS + 3;
                 /// InterpCNC's alarm code of the latched fault, 0 for none.
                 CNC_ALARM: CNC_STATUS + 4;
+                /// F5529: value of analog output 1, mV or steps of its range, also written while a program runs; the seven registers behind it are not written and are 0. Exception 2 on the G2553.
+                ANALOG_OUTPUT: AOUTS + 0;
                 /// [`WIRE_VERSION`]
                 VERSION: OWN + 0;
                 /// Firmware version, major in the high byte.

@@ -27,8 +27,12 @@ fn scripts(folder: &str) -> Vec<PathBuf> {
 
 /// Compiles a script that must compile; its image passes the check that the device makes.
 fn compile(text: &str) -> Compiled {
+    compile_for(text, ProfileChoice::built_in())
+}
+
+fn compile_for(text: &str, profile: ProfileChoice<'_>) -> Compiled {
     let source = Source::new("test.bas", text.to_owned());
-    let (program, diags) = front::compile(&source, ProfileChoice::built_in());
+    let (program, diags) = front::compile(&source, profile);
     let program = program.unwrap_or_else(|| panic!("{text}\n{}", diags.render(&source)));
     let compiled = lang::back::compile(&program).unwrap_or_else(|e| panic!("{text}\n{e:?}"));
     check(&compiled.image).unwrap_or_else(|flaw| panic!("{text}\n{flaw:?}"));

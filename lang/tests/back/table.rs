@@ -1,8 +1,11 @@
 //! The opcode table against the disassembler, and against what the compiler really uses.
 
+use lang::back::Compiled;
 use lang::back::disasm::{self, Insn};
+use lang::front::ProfileChoice;
 use lang::image::{self, HEADER, Image, at};
 use lang::isa::{Op, Operands, ROWS};
+use lang::profile::Profile;
 use lang::record::MachineRecord;
 use std::collections::BTreeSet;
 
@@ -51,15 +54,19 @@ fn a_cut_or_unknown_instruction_is_listed_as_such() {
 #[test]
 fn the_scripts_of_the_tests_use_every_instruction() {
     let mut used: BTreeSet<Op> = BTreeSet::new();
+    let mut see = |compiled: Compiled| {
+        let image = Image::new(&compiled.image).unwrap();
+        let codes = disasm::instructions(&image).into_iter().map(|insn| insn.bytes[0]);
+        used.extend(codes.filter_map(|code| Op::decode(code).map(|(op, _)| op)));
+    };
     for file in ["run", "back", "check/ok"].into_iter().flat_map(super::scripts) {
         let text = std::fs::read_to_string(file).unwrap();
-        for part in text.split("' ---\n") {
-            let compiled = super::compile(part);
-            let image = Image::new(&compiled.image).unwrap();
-            let codes = disasm::instructions(&image).into_iter().map(|insn| insn.bytes[0]);
-            used.extend(codes.filter_map(|code| Op::decode(code).map(|(op, _)| op)));
-        }
+        text.split("' ---\n").for_each(|part| see(super::compile(part)));
     }
+    // No built-in machine has an analog output.
+    let mill = include_str!("../../../examples/profiles/mill.toml").to_owned();
+    let whole = Box::new(Profile::parse(&(mill + "[[aout]]\nn = 1\n")).unwrap());
+    see(super::compile_for("SetAout 1, 1V\n", ProfileChoice::Given(whole)));
     // Slow points come from the host's computation, not from a script.
     used.insert(Op::Course);
     let unused: Vec<&str> =

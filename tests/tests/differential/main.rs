@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use lang::back::Compiled;
+use lang::front::compile;
 use lang::front::source::Source;
-use lang::front::{ProfileChoice, compile};
 use lang::hir::Program;
 use lang::image::{Image, seal};
 use lang::isa::{Op, ROWS};
@@ -33,9 +33,9 @@ const OPTIONS: Options = Options {
     interrupted: || false,
 };
 
-fn front(script: &str) -> Result<Program, String> {
-    let source = Source::new("g.bas", script.to_owned());
-    let (program, diags) = compile(&source, ProfileChoice::built_in());
+fn front(case: &Case) -> Result<Program, String> {
+    let source = Source::new("g.bas", case.script.clone());
+    let (program, diags) = compile(&source, case.machine());
     program.ok_or_else(|| format!("{diags:?}"))
 }
 
@@ -71,7 +71,7 @@ fn runs(
     statement_us: u64,
     spoil: &dyn Fn(&mut Compiled),
 ) -> Option<(Compiled, Run, Run)> {
-    let program = front(&case.script).ok()?;
+    let program = front(case).ok()?;
     let mut compiled = lang::back::compile(&program).ok()?;
     let world = World::parse("g.rhai", &case.world).expect("a world of our own");
     let options = Options { statement_us, ..OPTIONS };

@@ -9,7 +9,7 @@ use toml::{Table, Value};
 const PAGE: &str = include_str!("../../../host/profiles.md");
 
 /// Heading and the place of its keys in a file.
-const SECTIONS: [(&str, &str); 10] = [
+const SECTIONS: [(&str, &str); 11] = [
     ("## The machine", ""),
     ("## An axis", "x"),
     ("## Start, Stop", "run"),
@@ -17,13 +17,30 @@ const SECTIONS: [(&str, &str); 10] = [
     ("## Inputs", "input"),
     ("## Outputs", "output"),
     ("## Analog", "analog"),
+    ("## The analog output", "aout"),
     ("## Thresholds", "threshold"),
     ("## The PWM", "pwm"),
     ("## RS-485", "rs485"),
 ];
 /// Keys of a section that hold sections of their own.
 const INNER: [(&str, &[&str]); 2] = [
-    ("", &["x", "y", "z", "run", "link", "rs485", "pwm", "input", "output", "analog", "threshold"]),
+    (
+        "",
+        &[
+            "x",
+            "y",
+            "z",
+            "run",
+            "link",
+            "rs485",
+            "pwm",
+            "input",
+            "output",
+            "analog",
+            "threshold",
+            "aout",
+        ],
+    ),
     ("x", &["scale", "home"]),
 ];
 
@@ -40,6 +57,16 @@ impl Row {
     fn path(&self) -> Vec<&str> {
         let section = (!self.section.is_empty()).then_some(self.section);
         section.into_iter().chain(self.key.split('.')).collect()
+    }
+
+    /// Names of what the example says that excludes this key, or bounds it.
+    fn apart(&self) -> &'static [&'static [&'static str]] {
+        match (self.section, self.last()) {
+            ("aout", "frequency_hz") => &[&["pwm"]],
+            ("aout", "full_mv") => &[&["aout", "safe"]],
+            ("aout", "range") => &[&["aout", "safe"], &["aout", "full_mv"]],
+            _ => &[],
+        }
     }
 
     fn last(&self) -> &str {
@@ -122,10 +149,15 @@ fn parse(table: &Table) -> Result<Profile, String> {
 /// The example with another value there, or without one.
 fn changed(row: &Row, to: Option<Value>) -> Result<Profile, String> {
     let mut table = example();
-    let holder = holder(&mut table, &row.path());
-    match to {
-        Some(to) => drop(holder.insert(row.last().to_owned(), to)),
-        None => drop(holder.remove(row.last())),
+    let own = holder(&mut table, &row.path());
+    let Some(to) = to else {
+        own.remove(row.last());
+        return parse(&table);
+    };
+    own.insert(row.last().to_owned(), to);
+    for path in row.apart() {
+        let [.., last] = path else { continue };
+        holder(&mut table, path).remove(*last);
     }
     parse(&table)
 }

@@ -43,6 +43,9 @@ fn bare(what: What) -> What {
         What::Home { axis, ok, pos, .. } => What::Home { line: 0, axis, ok, pos },
         What::Move { kind, to, .. } => What::Move { line: 0, kind, to },
         What::Out { n, v, sync, .. } => What::Out { line: 0, n, v, sync, pos: None },
+        What::Aout { n, mv, share, sync, .. } => {
+            What::Aout { line: 0, n, mv, share, sync, pos: None }
+        }
         What::Wait { ms, .. } => What::Wait { line: 0, ms },
         What::WaitIn { n, v, ok, .. } => What::WaitIn { line: 0, n, v, ok },
         What::Probe { axis, ok, pos, .. } => What::Probe { line: 0, axis, ok, pos },

@@ -25,6 +25,7 @@ const P3_RECEIVE: u8 = pins::RS485[1].mask();
 /// Direction of the RS-485 line's transceiver, in its port.
 pub const P4_DRIVE: u8 = pins::DRIVE.mask();
 const P3_PWM: u8 = pins::PWM.mask();
+const P3_AOUT: u8 = pins::ANALOG_OUT.mask();
 const P3_PWM_OFF: u8 = pins::PWM_OFF.mask();
 const P4_UART: u8 = pins::mask(&pins::LINK);
 const P4_RECEIVE: u8 = pins::LINK[1].mask();
@@ -58,6 +59,7 @@ const _: () = assert!(
         && pins::CHAIN[0].port == 3
         && pins::RS485[0].port == 3
         && pins::PWM.port == 3
+        && pins::ANALOG_OUT.port == 3
         && pins::PWM_OFF.port == 3
         && pins::DRIVE.port == 4
         && pins::LINK[0].port == 4
@@ -255,6 +257,12 @@ pub fn drive_rs485() {
 pub fn open_pwm() {
     P3SEL.raise(P3_PWM | P3_PWM_OFF);
     P3DIR.raise(P3_PWM);
+}
+
+/// The same of the analog output.
+pub fn open_aout() {
+    P3SEL.raise(P3_AOUT | P3_PWM_OFF);
+    P3DIR.raise(P3_AOUT);
 }
 
 /// Gives analog inputs, bit 0 for A4, their pins, without resistors of the chip.

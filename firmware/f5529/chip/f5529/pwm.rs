@@ -89,6 +89,15 @@ pasapas_power:
 /// Lets it count `hz` periods in a second, its pin driven low. Returns how far it counts, and its ticks in a
 /// millisecond.
 pub fn open(hz: u16) -> (u16, u16) {
+    TB0CCTL5.set(0);
+    TB0CCR5.set(DARK);
+    let counts = count(hz);
+    ports::open_pwm();
+    counts
+}
+
+/// Starts the timer of both PWMs. Returns how far it counts, and its ticks in a millisecond.
+pub(super) fn count(hz: u16) -> (u16, u16) {
     let mut divider = 0;
     let mut top = RATE / u32::from(hz);
     while top > u32::from(u16::MAX) {
@@ -98,12 +107,9 @@ pub fn open(hz: u16) -> (u16, u16) {
     let top = top as u16 - 1;
     // A watchdog reset leaves the timer as it was.
     TB0CTL.set(0);
-    TB0CCTL5.set(0);
     TB0CCR0.set(top);
-    TB0CCR5.set(DARK);
     // SMCLK, up, cleared.
     TB0CTL.set(0b10 << 8 | divider << 6 | 0b01 << 4 | 1 << 2);
-    ports::open_pwm();
     (top, ((RATE / 1000) >> divider) as u16)
 }
 

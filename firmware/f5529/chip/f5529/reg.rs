@@ -154,8 +154,10 @@ pub const TA1CCR2: Word = Word(0x0396);
 pub const TB0CTL: Word = Word(0x03C0);
 pub const TB0R: Word = Word(0x03D0);
 pub const TB0CCTL5: Word = Word(0x03CC);
+pub const TB0CCTL6: Word = Word(0x03CE);
 pub const TB0CCR0: Word = Word(0x03D2);
 pub const TB0CCR5: Word = Word(0x03DC);
+pub const TB0CCR6: Word = Word(0x03DE);
 
 pub const TA2CTL: Word = Word(0x0400);
 pub const TA2CCTL0: Word = Word(0x0402);

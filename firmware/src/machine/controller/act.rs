@@ -26,15 +26,20 @@ impl<C: Chip> Controller<C> {
         }
         let bits = self.vm.operand();
         let [lead, value, n] = [self.vm.pop(), self.vm.pop(), self.vm.pop()];
-        let there = (1..=16).contains(&n) && self.may_switch(n as u8);
-        let pulse = bits & flags::SYNC_PULSE != 0;
-        let mut action = Action::new(n as u8, pulse || value != 0);
-        let mut way = lead;
-        let mut fits = there;
-        if pulse {
-            fits &= (1..=MOST_MS).contains(&value);
-            action.pulse = value as u16;
+        let (mut action, mut fits);
+        if bits & flags::SYNC_ANALOG != 0 {
+            fits = self.takes_aout(n, value);
+            action = Action::analog(n as u8, value as u16, value as u16 != self.safe_aout());
+        } else {
+            let pulse = bits & flags::SYNC_PULSE != 0;
+            fits = (1..=16).contains(&n) && self.may_switch(n as u8);
+            action = Action::new(n as u8, pulse || value != 0);
+            if pulse {
+                fits &= (1..=MOST_MS).contains(&value);
+                action.pulse = value as u16;
+            }
         }
+        let mut way = lead;
         if bits & flags::LEAD_TIME != 0 {
             fits &= (-MOST_MS..=MOST_LEAD).contains(&lead);
             action.lead = lead as i16;
@@ -47,7 +52,8 @@ impl<C: Chip> Controller<C> {
         action.pc = self.pc_of_effect();
         // A host that takes one event after the other hears of it here, as of blocks.
         if self.trace.on || self.vm.is_piece {
-            self.emit_outcome(TraceKind::Out, n as u8, true, i32::from(action.is_on()));
+            let (kind, argument, value) = self.told(&action);
+            self.emit(kind, argument, value);
         }
         self.motor.act(action, way);
         Ok(true)
@@ -79,8 +85,28 @@ impl<C: Chip> Controller<C> {
         self.drop_actions();
     }
 
-    #[inline(never)]
-    fn carry_out(&mut self, action: Action) {
+    /// The event of an action: kind, argument, value.
+    fn told(&self, action: &Action) -> (TraceKind, u8, i32) {
+        let n = action.output() | TRACE_OK;
+        if action.is_analog() {
+            return (TraceKind::Aout, self.aout_argument(n), action.pulse.into());
+        }
+        (TraceKind::Out, n, action.is_on().into())
+    }
+
+    /// An analog output acts. In a pause in which it has its safe value another one waits for the end of it.
+    fn carry_out_analog(&mut self, action: &Action) {
+        let mut waits = false;
+        if self.session.is(RunState::Paused) {
+            self.io.aout.resume = action.pulse;
+            waits = action.is_on() && self.pauses_aout();
+        }
+        if !waits {
+            self.set_aout(action.pulse);
+        }
+    }
+
+    fn carry_out_switch(&mut self, action: &Action) {
         let n = action.output();
         let bit = 1 << (n.wrapping_sub(1) & 15);
         let on = action.is_on();
@@ -95,10 +121,20 @@ impl<C: Chip> Controller<C> {
         } else {
             self.set_output(n.into(), on);
         }
+    }
+
+    #[inline(never)]
+    fn carry_out(&mut self, action: Action) {
+        if action.is_analog() {
+            self.carry_out_analog(&action);
+        } else {
+            self.carry_out_switch(&action);
+        }
         self.exchange();
         if !self.trace.on && !self.vm.is_piece {
             let places = self.motor.places();
-            self.chip.event(TraceKind::Out as u8, n | TRACE_OK, on.into(), &places, action.pc);
+            let (kind, argument, value) = self.told(&action);
+            self.chip.event(kind as u8, argument, value, &places, action.pc);
         }
     }
 

@@ -29,6 +29,21 @@ pub struct Io {
     pub probe: bool,
     /// Analog inputs and what thresholds make of them.
     pub analog: Analog,
+    /// The analog output.
+    pub aout: Aout,
+}
+
+/// The analog output. Values are mV, or steps of a share, as the profile says.
+#[derive(Default)]
+pub struct Aout {
+    /// Where its timer begins again, 0 without an output.
+    pub top: u16,
+    /// Count from which on the pin is high.
+    pub compare: u16,
+    /// Its value.
+    pub value: u16,
+    /// The value before a pause.
+    pub resume: u16,
 }
 
 impl<C: Chip> Controller<C> {
@@ -125,6 +140,7 @@ impl<C: Chip> Controller<C> {
     /// Sends the outputs and takes the inputs 1 to 16, before the filter: as they are, for that, without forcing.
     pub(super) fn exchange(&mut self) -> u16 {
         self.drive_pwm();
+        self.drive_aout();
         let outputs = match self.record.laser {
             0 => self.io.outputs,
             laser => self.light.shine(&self.chip, laser, self.io.outputs, &self.motor),

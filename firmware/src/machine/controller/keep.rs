@@ -40,7 +40,7 @@ pub const SECOND: u16 = 1024;
 
 impl<C: Chip> Controller<C> {
     /// KEEP values of the stored program.
-    pub(super) fn keep_count(&self) -> u16 {
+    pub fn keep_count(&self) -> u16 {
         // A streamed run has no KEEP, whatever is stored; the VM may still stand in its last piece.
         if self.vm.code == 0 || self.vm.is_piece && self.session.is_active() {
             return 0;

@@ -48,8 +48,9 @@ impl<C: Chip> Controller<C> {
         }
     }
 
-    /// The PWM's pin goes low at once, until it is driven again.
+    /// The pins of PWM and analog output go low at once, until they are driven again.
     pub fn darken(&self) {
         self.chip.gate_pwm(false);
+        self.chip.darken_aout();
     }
 }

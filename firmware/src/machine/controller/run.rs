@@ -12,8 +12,9 @@ use lang::wire::RunState;
 
 /// Codes from here on are effects.
 const FIRST_EFFECT: u16 = lang::isa::EFFECTS as u16;
-/// The one below them, which only larger parts have.
+/// Those below them, which only larger parts have.
 const SYNC: u16 = first::Sync as u16;
+const SET_AOUT: u16 = first::SetAout as u16;
 
 /// Whether an effect tells nothing behind its first call.
 fn tells_once(code: u8) -> bool {
@@ -124,7 +125,7 @@ impl<C: Chip> Controller<C> {
                 self.handler_left();
             }
             0 => self.ended(),
-            SYNC | FIRST_EFFECT..=0xFF => {
+            SYNC..=SET_AOUT | FIRST_EFFECT..=0xFF => {
                 let more = self.vm.flags & flag::MORE != 0;
                 self.vm.flags &= !(flag::MORE | flag::WITHIN);
                 if more {

@@ -84,8 +84,12 @@ impl<C: Chip> Runs for Controller<C> {
         };
         self.io.outputs = self.io.outputs & states.keep | states.on;
         if occasion == AT_PAUSE {
+            self.pause_aout();
             self.drive_pwm();
+        } else {
+            self.go_safe();
         }
+        self.drive_aout();
     }
     fn exchange(&mut self) {
         Controller::exchange(self);
@@ -93,8 +97,10 @@ impl<C: Chip> Runs for Controller<C> {
     fn outputs(&self) -> u16 {
         self.io.outputs
     }
+    // After a pause.
     fn set_outputs(&mut self, outputs: u16) {
         self.io.outputs = outputs;
+        self.resume_aout();
     }
     fn resume_outputs(&self) -> u16 {
         self.io.resume

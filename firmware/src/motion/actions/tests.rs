@@ -140,6 +140,34 @@ fn what_switches_off_is_taken_alone() {
 }
 
 #[test]
+fn a_value_of_an_analog_output_leaves_the_pulse_of_the_same_number_alone() {
+    let mut actions = Actions::default();
+    actions.add(Action { pulse: 2, ..Action::new(1, true) }, 0, None);
+    assert!(actions.flush(None).is_some_and(|own| own.is_on()));
+    for (value, on) in [(700, true), (0, false)] {
+        actions.add(Action::analog(1, value, on), 0, None);
+        let own = actions.flush(None).expect("the value");
+        assert_eq!((own.output(), own.is_analog(), own.pulse), (1, true, value));
+    }
+    actions.take_over(1 << 1);
+    actions.tick(0);
+    actions.tick(0);
+    let end = actions.take_due(100).expect("the pulse's end");
+    assert!(!end.is_on() && !end.is_analog() && end.output() == 1);
+    assert!(actions.is_empty());
+}
+
+#[test]
+fn a_safe_value_is_one_that_switches_off() {
+    let mut actions = Actions::default();
+    actions.add(Action::analog(1, 0, true), 7, None);
+    actions.add(Action::analog(1, 500, false), 9, None);
+    assert_eq!(actions.take_off().map(|own| own.pulse), Some(500));
+    assert!(actions.take_off().is_none());
+    assert_eq!(actions.drop_all(), 0, "no output is kept on by a pulse");
+}
+
+#[test]
 fn no_more_than_there_is_room_for_are_taken() {
     let mut actions = Actions::default();
     for n in 0..ROOM {

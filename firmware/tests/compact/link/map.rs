@@ -28,9 +28,10 @@ fn a_board_says_who_it_is() {
 fn every_block_is_there_with_its_ends() {
     let mut board = board();
     for block in BLOCKS {
-        let others = [wire::ANALOGS, wire::PROFILE_MORE, wire::LIBRARY, wire::TRACE_QUEUE];
+        let others =
+            [wire::ANALOGS, wire::AOUTS, wire::PROFILE_MORE, wire::LIBRARY, wire::TRACE_QUEUE];
         if block.first >= wire::STREAM_MACHINE || others.contains(&block.first) {
-            // Analog inputs, jobs from RAM, a PWM, a library and a queue of events are not of this build.
+            // Analog inputs and outputs, jobs from RAM, a PWM, a library and a queue of events are not of this build.
             let refused = [1, block.table | 0x80, 2];
             assert_eq!(ask(&mut board, &words(block.table, block.first, 1)), refused);
             continue;

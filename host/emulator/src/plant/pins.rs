@@ -49,6 +49,8 @@ pub struct Pins {
     pub enable: u8,
     /// PWM of a laser, a spindle or a servo, of boards that have one.
     pub pwm: Option<u8>,
+    /// Analog output, a second PWM, of boards that have one.
+    pub aout: Option<u8>,
     /// RS-485: data to the transceiver, and what lets it drive.
     pub rs485: Option<[u8; 2]>,
 }
@@ -70,6 +72,7 @@ impl Pins {
         latch: pin(2, 2),
         enable: pin(2, 5),
         pwm: None,
+        aout: None,
         rs485: None,
     };
 
@@ -89,6 +92,7 @@ impl Pins {
         latch: pin(1, 6),
         enable: pin(6, 3),
         pwm: Some(pin(3, 5)),
+        aout: Some(pin(3, 6)),
         rs485: Some([pin(3, 3), pin(4, 0)]),
     };
 

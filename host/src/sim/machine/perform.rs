@@ -22,7 +22,9 @@ impl Machine {
             Effect::Keep { .. } => {}
             Effect::Linear { rapid, to, exact } => self.linear(rapid, &to, exact)?,
             // The chip draws none: chords stand in their place.
-            Effect::Arc { .. } | Effect::Sync(_) => return Err(Fault::ImageRefused),
+            Effect::Arc { .. } | Effect::Sync(_) | Effect::SetAout { .. } => {
+                return Err(Fault::ImageRefused);
+            }
             _ => {
                 self.sync_path();
                 if self.is_halted() {
@@ -105,6 +107,7 @@ impl Machine {
             | Effect::Keep { .. }
             | Effect::Linear { .. }
             | Effect::Arc { .. }
+            | Effect::SetAout { .. }
             | Effect::Sync(_) => {}
         }
         Ok(Step::Done(0))

@@ -27,6 +27,7 @@ impl Machine {
             timer: Some(self.timer()),
             inputs: (1..=most).filter_map(|n| Some((n, self.inputs.read(n).ok()?))).collect(),
             outputs: (1..=most).filter_map(|n| Some((n, self.outputs.read(n).ok()?))).collect(),
+            aouts: Vec::new(),
             axes: self.profile.axes().map(|(letter, _)| axis(letter)).collect(),
         }
     }

@@ -1,8 +1,6 @@
 //! Effects as templates: what a statement does, with its expressions in order of evaluation.
 
-use lang::effect::{
-    Act, Action, Center, Coord, Dist, Effect, Frame, Lead, Rate, Read, Sensor, Want,
-};
+use lang::effect::{Action, Center, Coord, Dist, Effect, Frame, Lead, Rate, Read, Sensor, Want};
 use lang::hir::{ArcCenter, Expr, InWant, ProbeSensor, ReadKind, StmtKind, Word};
 use lang::kind::Kind;
 use lang::plain;
@@ -40,9 +38,13 @@ pub fn shape(kind: &StmtKind) -> Option<Shaped<'_>> {
             values.extend([&own.n, &own.value, &own.lead]);
             Effect::Sync(Action {
                 n: 0,
-                act: if own.pulse { Act::Pulse(0) } else { Act::Set(0) },
+                act: own.kind.with(0),
                 lead: if own.lead.kind == Kind::Time { Lead::Time(0) } else { Lead::Way(0) },
             })
+        }
+        StmtKind::SetAout(n, value) => {
+            values.extend([n, value]);
+            Effect::SetAout { n: 0, value: 0 }
         }
         StmtKind::MoveAxe { axis, target, relative, start, speed, accel, decel } => {
             let rates = [optional(speed), optional(accel), optional(decel)];
@@ -213,9 +215,12 @@ impl Template {
             }
             Effect::Sync(own) => {
                 own.n = next();
-                let (Act::Set(value) | Act::Pulse(value)) = &mut own.act;
-                *value = next();
+                own.act = own.act.parts().0.with(next());
                 let (Lead::Way(value) | Lead::Time(value)) = &mut own.lead;
+                *value = next();
+            }
+            Effect::SetAout { n, value } => {
+                *n = next();
                 *value = next();
             }
             Effect::MoveAxe { to, speed, accel, decel, .. } => {

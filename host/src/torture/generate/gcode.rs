@@ -53,6 +53,20 @@ impl Writer<'_> {
                 ];
                 write!(text, "{}", self.tape.of(&list))
             }
+            14 if self.has(feature::AOUT) && self.tape.chance(3) => {
+                let list = [
+                    "SetAout 1, 1200mV",
+                    "SetAout 1, 1mV * (va AND 4095)",
+                    "M68 E1 Q3.3",
+                    "M68 E1 Q[va]",
+                    "SYNC SetAout 1, 1V, 0.3mm",
+                    "SYNC SetAout 1, 0V, -4ms",
+                    "SYNC SetAout 1, vb * 1mV, 3ms",
+                    "SYNC SetAout 1, 2V, len",
+                    "M67 E1 Q0.7\nM67 E1 Q0",
+                ];
+                write!(text, "{}", self.tape.of(&list))
+            }
             14 => write!(text, "{stop} G90 G1 X[150st] Y[len] Z-1 {feed}"),
             16 => {
                 let list = [

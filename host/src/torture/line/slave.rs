@@ -36,6 +36,11 @@ struct Counts {
 }
 
 impl Counts {
+    /// Some are refused before anything is done.
+    fn may(address: u16) -> Result<(), Exception> {
+        if address.is_multiple_of(5) { Err(Exception::IllegalValue) } else { Ok(()) }
+    }
+
     /// Some values are refused.
     fn take(&mut self, address: u16) -> Result<(), Exception> {
         self.writes += 1;
@@ -51,17 +56,23 @@ impl Map for Counts {
     fn read_bit(&mut self, _table: Table, address: u16) -> bool {
         address & 1 != 0
     }
+    fn may_write(&self, address: u16, _value: u16) -> Result<(), Exception> {
+        Counts::may(address)
+    }
     fn write(&mut self, address: u16, _value: u16) -> Result<(), Exception> {
         self.take(address)
     }
     fn may_write_long(&self, address: u16, _value: i32) -> Result<(), Exception> {
-        if address.is_multiple_of(5) { Err(Exception::IllegalValue) } else { Ok(()) }
+        Counts::may(address)
     }
     fn write_long(&mut self, address: u16, _value: i32) -> Result<(), Exception> {
         self.take(address)
     }
-    fn write_bit(&mut self, address: u16, _on: bool) -> Result<(), Exception> {
-        self.take(address)
+    fn may_write_bit(&self, address: u16) -> Result<(), Exception> {
+        Counts::may(address)
+    }
+    fn write_bit(&mut self, _address: u16, _on: bool) {
+        self.writes += 1;
     }
     fn written(&mut self, _address: u16) -> Result<(), Exception> {
         Ok(())

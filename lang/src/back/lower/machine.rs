@@ -41,8 +41,9 @@ impl Lower<'_> {
                     self.expr(value);
                 }
                 let time = bit(own.lead.kind == Kind::Time, flags::LEAD_TIME);
-                self.flags(Op::Sync, [bit(own.pulse, flags::SYNC_PULSE) | time, 0, 0]);
+                self.flags(Op::Sync, [own.kind.flag() | time, 0, 0]);
             }
+            StmtKind::SetAout(n, value) => self.with(&[n, value], Op::SetAout),
             StmtKind::OnInput { slot, n, want, target } => {
                 self.handler(*slot, *target);
                 self.expr(n);

@@ -1,7 +1,7 @@
 //! The machine's statements in the syntax tree.
 
 use super::{AxisRef, Expr, PrintPart};
-use crate::effect::{Plane, Want};
+use crate::effect::{ActKind, Plane, Want};
 use crate::plain::Plain;
 
 /// The machine's statements; optional arguments that were left out are None.
@@ -11,13 +11,15 @@ pub enum Machine {
     Plain(Plain, Vec<Expr>),
     /// SYNC
     Sync {
-        /// SetOut or Pulse.
-        statement: Plain,
+        /// SetOut, Pulse or SetAout.
+        kind: ActKind,
         /// Its arguments.
         list: Vec<Expr>,
         /// How far before the place.
         lead: Option<Expr>,
     },
+    /// SetAout: number and value.
+    SetAout(Vec<Expr>),
     /// MoveAxe, MoveRel
     Move {
         /// START stands before it.

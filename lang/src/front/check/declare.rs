@@ -35,7 +35,12 @@ impl<'a> Checker<'a> {
         }
         for analog in &profile.analogs {
             if let Some(name) = &analog.name {
-                self.names.predeclare(name, Entity::Analog(Some(analog.n)));
+                self.names.predeclare(name, Entity::Analog(false, Some(analog.n)));
+            }
+        }
+        for aout in &profile.aouts {
+            if let Some(name) = &aout.name {
+                self.names.predeclare(name, Entity::Analog(true, Some(aout.n)));
             }
         }
         let script = self.script;
@@ -119,7 +124,7 @@ impl<'a> Checker<'a> {
                     let n = self.plain_constant(value, "ANALOG");
                     let n = n.filter(|&n| self.check_analog(n, value.span));
                     self.analogs.extend(n.map(|n| (name.text.to_string(), n)));
-                    self.declare(name, Entity::Analog(n));
+                    self.declare(name, Entity::Analog(false, n));
                 }
             }
             StmtKind::Dim(variables) => {
@@ -460,7 +465,7 @@ impl<'a> Checker<'a> {
             ExprKind::Literal { .. } | ExprKind::Axis(_) => None,
             ExprKind::Name(name) | ExprKind::Apply(name, _) => {
                 match self.names.look(self.scope, &name.key) {
-                    Some(Entity::Const(..) | Entity::Port(..) | Entity::Analog(_)) | None => None,
+                    Some(Entity::Const(..) | Entity::Port(..) | Entity::Analog(..)) | None => None,
                     Some(_) => Some((name.span, format!("`{}`", name.text))),
                 }
             }

@@ -65,7 +65,7 @@ impl<'a> Checker<'a> {
         })?;
         match symbol.entity {
             Entity::Const(kind, value) => Some(number(value?, kind, span)),
-            Entity::Port(_, n) | Entity::Analog(n) => Some(number(n?, Kind::Number, span)),
+            Entity::Port(_, n) | Entity::Analog(_, n) => Some(number(n?, Kind::Number, span)),
             Entity::Var(var) if self.vars[var.0 as usize].array => {
                 let hint = format!("write which value: `{}(0)`", symbol.text);
                 self.error(Code::WrongUse, span, format!("`{}` is an array", symbol.text), hint);
@@ -115,7 +115,7 @@ impl<'a> Checker<'a> {
             Entity::Var(var) => self.element(var, &symbol, args, span),
             Entity::Table(id) => self.table_value(id, &symbol, args, span),
             Entity::Routine(id) => self.function(id, &symbol, args, span),
-            Entity::Const(..) | Entity::Port(..) | Entity::Analog(_) => {
+            Entity::Const(..) | Entity::Port(..) | Entity::Analog(..) => {
                 let hint = format!("write `{}` alone", symbol.text);
                 let message = format!("`{}` is a constant; it has no parts", symbol.text);
                 self.error(Code::WrongUse, span, message, hint);

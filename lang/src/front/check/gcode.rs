@@ -5,6 +5,7 @@ mod block;
 mod cycle;
 mod lower;
 mod modal;
+mod outputs;
 mod solve;
 mod word;
 

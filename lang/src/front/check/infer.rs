@@ -317,7 +317,7 @@ impl<'a> Inference<'_, 'a> {
             Machine::Sync { list, lead, .. } => list.iter().chain(lead).for_each(|e| {
                 self.expr(e);
             }),
-            Machine::Plain(_, list) => list.iter().for_each(|e| {
+            Machine::Plain(_, list) | Machine::SetAout(list) => list.iter().for_each(|e| {
                 self.expr(e);
             }),
             Machine::MoveSpeed(_, e) | Machine::SetPos(_, e) | Machine::Motors(e, _) => {
@@ -377,7 +377,7 @@ impl<'a> Inference<'_, 'a> {
             ExprKind::Axis(_) => Ty::Unknown,
             ExprKind::Name(name) => match self.checker.names.look(self.scope, &name.key) {
                 Some(Entity::Const(kind, _)) => Ty::Known(kind),
-                Some(Entity::Port(..) | Entity::Analog(_)) => Ty::Known(Kind::Number),
+                Some(Entity::Port(..) | Entity::Analog(..)) => Ty::Known(Kind::Number),
                 Some(Entity::Var(var)) => self.slot(var.0 as usize),
                 Some(Entity::Routine(id)) => self.slot(self.result_slot(id)),
                 Some(Entity::Table(_)) | None => Ty::Unknown,

@@ -82,9 +82,15 @@ impl<'a> Checker<'a> {
             let word = if output { "OUTPUT" } else { "INPUT" };
             let symbol =
                 self.resolve_as(name, |name| format!("{WHICH_PORT}: `{word} {name} = 1`"))?;
-            if let Entity::Analog(_) = symbol.entity {
-                let message = format!("`{}` is an analog input, not {what}", symbol.text);
-                let hint = "its voltage is `AIN(name)`; a [[threshold]] of the profile makes an input of it";
+            if let Entity::Analog(is_output, _) = symbol.entity {
+                let (own, hint) = match is_output {
+                    true => ("an analog output", "it is set by `SetAout name, value`"),
+                    false => (
+                        "an analog input",
+                        "its voltage is `AIN(name)`; a [[threshold]] of the profile makes an input of it",
+                    ),
+                };
+                let message = format!("`{}` is {own}, not {what}", symbol.text);
                 self.error(Code::WrongUse, expr.span, message, hint);
                 return None;
             }
@@ -100,6 +106,13 @@ impl<'a> Checker<'a> {
     pub(super) fn analog(&mut self, expr: &'a Expr) -> Option<u8> {
         if let ExprKind::Name(name) = &expr.kind {
             let symbol = self.resolve_as(name, |name| format!("name it: `ANALOG {name} = 1`"))?;
+            if let Entity::Analog(true, _) = symbol.entity {
+                let message =
+                    format!("AIN takes an analog input, and `{}` is an analog output", symbol.text);
+                let hint = "an output is not read: keep its value in a variable";
+                self.error(Code::WrongUse, expr.span, message, hint);
+                return None;
+            }
             if let Entity::Port(output, _) = symbol.entity {
                 let what = if output { "an output" } else { "an input" };
                 let message = format!("AIN takes an analog input, and `{}` is {what}", symbol.text);

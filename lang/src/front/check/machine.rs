@@ -4,7 +4,7 @@ use super::argument::{ACCEL, LEAD, PLACE, SPEED, TIME};
 use super::expr::{number, value_of};
 use super::{Checker, kinds, range};
 use crate::axis::Axis;
-use crate::effect::{Frame, Unit};
+use crate::effect::{ActKind, Frame, Unit};
 use crate::fault::Fault;
 use crate::front::ast::{self, AxisRef, Expr, InputState, Machine};
 use crate::front::codes::Code;
@@ -22,8 +22,12 @@ impl<'a> Checker<'a> {
         let one = |kind| Some(vec![kind]);
         match machine {
             Machine::Plain(statement, list) => one(self.plain_statement(*statement, list)?),
-            Machine::Sync { statement, list, lead } => {
-                one(self.sync(*statement, list, lead.as_ref(), span)?)
+            Machine::Sync { kind, list, lead } => {
+                one(self.sync(*kind, list, lead.as_ref(), span)?)
+            }
+            Machine::SetAout(list) => {
+                let (n, value) = self.set_aout(list)?;
+                one(StmtKind::SetAout(n, value))
             }
             Machine::Move { start, relative, axis, target, speed, accel, decel } => {
                 let word = if *relative { "MoveRel" } else { "MoveAxe" };
@@ -207,12 +211,16 @@ impl<'a> Checker<'a> {
     /// SYNC: the statement as it stands alone, and the lead.
     fn sync(
         &mut self,
-        statement: Plain,
+        kind: ActKind,
         list: &'a [Expr],
         lead: Option<&'a Expr>,
         span: Span,
     ) -> Option<StmtKind> {
-        let action = self.plain_statement(statement, list);
+        let action = match kind {
+            ActKind::Set => self.two(Plain::SetOut, list),
+            ActKind::Pulse => self.two(Plain::Pulse, list),
+            ActKind::Analog => self.set_aout(list),
+        };
         let lead = match lead {
             None => number(0, Kind::Length, span),
             Some(lead) => {
@@ -221,13 +229,20 @@ impl<'a> Checker<'a> {
                 value
             }
         };
-        let StmtKind::Plain(statement, values) = action? else { return None };
-        let pulse = statement == Plain::Pulse;
-        let [n, value]: [hir::Expr; 2] = values.try_into().ok()?;
-        if pulse {
+        let (n, value) = action?;
+        if kind == ActKind::Pulse {
             self.check_pulse(&value, list.get(1).map_or(span, |time| time.span));
         }
-        Some(StmtKind::Sync(Box::new(hir::Sync { n, value, pulse, lead })))
+        Some(StmtKind::Sync(Box::new(hir::Sync { n, value, kind, lead })))
+    }
+
+    /// The two arguments of a statement.
+    fn two(&mut self, statement: Plain, list: &'a [Expr]) -> Option<(hir::Expr, hir::Expr)> {
+        let StmtKind::Plain(_, values) = self.plain_statement(statement, list)? else {
+            return None;
+        };
+        let [n, value]: [hir::Expr; 2] = values.try_into().ok()?;
+        Some((n, value))
     }
 
     fn home(&mut self, query: bool, axes: &'a [AxisRef], span: Span) -> Option<StmtKind> {

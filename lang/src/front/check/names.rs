@@ -15,8 +15,8 @@ pub(super) enum Entity {
     Const(Kind, Option<i32>),
     /// INPUT (false) or OUTPUT (true) and its number, None where that was wrong.
     Port(bool, Option<i32>),
-    /// ANALOG and its number, None where that was wrong.
-    Analog(Option<i32>),
+    /// An analog output (true) or ANALOG, an input, and its number, None where that was wrong.
+    Analog(bool, Option<i32>),
     /// Variable, parameter or array.
     Var(VarId),
     /// TABLE

@@ -103,6 +103,7 @@ fn arguments(kind: &mut StmtKind) -> Vec<Argument<'_>> {
             vec![once(value)]
         }
         StmtKind::Plain(_, list) => list.iter_mut().map(once).collect(),
+        StmtKind::SetAout(n, value) => [n, value].map(once).into(),
         StmtKind::Sync(own) => [&mut own.n, &mut own.value, &mut own.lead].map(once).into(),
         StmtKind::Probe { limit, .. } => vec![once(&mut limit.value)],
         StmtKind::Linear { to, .. } => {

@@ -212,7 +212,12 @@ impl<'a> Checker<'a> {
                     ("the name of an output", "outputs are set by `SetOut name, ON`")
                 }
                 Entity::Port(false, _) => ("the name of an input", "inputs are read: `IN(name)`"),
-                Entity::Analog(_) => ("the name of an analog input", "these are read: `AIN(name)`"),
+                Entity::Analog(false, _) => {
+                    ("the name of an analog input", "these are read: `AIN(name)`")
+                }
+                Entity::Analog(true, _) => {
+                    ("the name of an analog output", "these are set by `SetAout name, value`")
+                }
                 Entity::Table(_) => ("a TABLE, which stands in flash", "use an array: `DIM a(8)`"),
                 _ => ("a SUB or FUNCTION", "its value is given by RETURN"),
             };

@@ -249,6 +249,7 @@ impl Walk {
             }
             Machine::ProbeMask { limit, speed, and, xor, .. } => all(&[limit, speed, and, xor]),
             Machine::Plain(_, list) => list.iter().for_each(|e| self.expr(e)),
+            Machine::SetAout(list) => list.iter().for_each(|e| self.expr(e)),
             Machine::Sync { list, lead, .. } => {
                 list.iter().chain(lead).for_each(|e| self.expr(e));
             }

@@ -3,7 +3,7 @@
 use super::expr::{expr, optional_expr};
 use super::foreign;
 use super::input::{In, Parsed, axis, comma, kw, text};
-use crate::effect::{Plane, Unit, Want};
+use crate::effect::{ActKind, Plane, Unit, Want};
 use crate::front::ast::{AxisRef, Expr, InputState, Machine, PrintPart, ShownIn};
 use crate::front::codes::Code;
 use crate::front::diag::Diag;
@@ -55,55 +55,52 @@ pub fn machine<'a>(word: Kw, quiet: bool, i: In<'a>) -> Parsed<'a, Machine> {
 
 /// As many expressions as the statement has arguments.
 fn plain(statement: Plain, i: In<'_>) -> Parsed<'_, Machine> {
-    let mut list = Vec::with_capacity(statement.arguments().len());
-    let mut rest = i;
-    for _ in statement.arguments() {
-        let (after, argument) =
-            if list.is_empty() { expr.parse(rest)? } else { next_expr.parse(rest)? };
-        list.push(argument);
-        rest = after;
+    map(list(statement.arguments().len()), |list| Machine::Plain(statement, list)).parse(i)
+}
+
+/// So many expressions.
+fn list<'a>(count: usize) -> impl FnMut(In<'a>) -> Parsed<'a, Vec<Expr>> {
+    move |i| {
+        let mut list = Vec::with_capacity(count);
+        let mut rest = i;
+        for _ in 0..count {
+            let (after, argument) =
+                if list.is_empty() { expr.parse(rest)? } else { next_expr.parse(rest)? };
+            list.push(argument);
+            rest = after;
+        }
+        Ok((rest, list))
     }
-    Ok((rest, Machine::Plain(statement, list)))
+}
+
+/// SetAout; `i` stands behind it.
+pub fn set_aout(i: In<'_>) -> Parsed<'_, Machine> {
+    map(list(2), Machine::SetAout).parse(i)
 }
 
 /// Whether SYNC stands before what is here: a statement of the machine, or one of an analog output.
 pub fn begins_action(i: In<'_>) -> bool {
     match i.tok() {
-        Tok::Kw(kw) => kw.entry().class == Class::Machine,
-        _ => i.word().eq_ignore_ascii_case(ANALOG_OUTPUT),
+        Tok::Kw(kw) => kw == Kw::SetAout || kw.entry().class == Class::Machine,
+        _ => false,
     }
 }
-
-/// The statement of an analog output, which no part has yet.
-const ANALOG_OUTPUT: &str = "SetAout";
 
 /// What stands behind SYNC.
 pub fn sync(i: In<'_>) -> Parsed<'_, Machine> {
-    let wrong = |message: &str, hint: &str| {
-        i.fail(Diag::new(Code::Expected, i.first().span, message.to_owned()).hint(hint))
-    };
-    if i.word().eq_ignore_ascii_case(ANALOG_OUTPUT) {
-        return Err(wrong(
-            NO_ANALOG_OUTPUT,
-            "write `SYNC SetOut n, ON`: an output that is on or off",
-        ));
-    }
-    let statement = match i.tok() {
-        Tok::Kw(Kw::SetOut) => Plain::SetOut,
-        Tok::Kw(Kw::Pulse) => Plain::Pulse,
+    let kind = match i.tok() {
+        Tok::Kw(Kw::SetOut) => ActKind::Set,
+        Tok::Kw(Kw::Pulse) => ActKind::Pulse,
+        Tok::Kw(Kw::SetAout) => ActKind::Analog,
         _ => {
             let message = format!("{} does not act on the way", i.word());
-            return Err(wrong(&message, "write `SYNC SetOut n, ON` or `SYNC Pulse n, 20ms`"));
+            let hint = "write `SYNC SetOut n, ON`, `SYNC Pulse n, 20ms` or `SYNC SetAout n, v`";
+            return Err(i.fail(Diag::new(Code::Expected, i.first().span, message).hint(hint)));
         }
     };
-    let (rest, action) = plain(statement, i.rest())?;
-    let Machine::Plain(statement, list) = action else { return Err(i.expected("SetOut or Pulse")) };
-    map(optional_expr, move |lead| Machine::Sync { statement, list: list.clone(), lead })
-        .parse(rest)
+    map((list(2), optional_expr), move |(list, lead)| Machine::Sync { kind, list, lead })
+        .parse(i.rest())
 }
-
-/// Said of each statement and word of one.
-pub const NO_ANALOG_OUTPUT: &str = "the part has no analog output yet";
 
 fn next_expr(i: In<'_>) -> Parsed<'_, Expr> {
     preceded(cut(comma), cut(expr)).parse(i)

@@ -6,7 +6,7 @@ use super::expr::{arguments, bit, expr};
 use super::foreign;
 use super::gcode;
 use super::input::{In, Parsed, comma, kw, name, text, tok};
-use super::machine::{begins_action, machine, sync};
+use super::machine::{begins_action, machine, set_aout, sync};
 use super::piece::{Closer, Opener, Piece};
 use super::sugar;
 use crate::front::ast::{Expr, Name, StmtKind};
@@ -169,6 +169,9 @@ fn named(i: In<'_>) -> Parsed<'_, Piece> {
     }
     if i.tok() == Tok::Kw(Kw::Sync) && !assigns && begins_action(i.rest()) {
         return map(sync, |m| Piece::Stmt(StmtKind::Machine(Box::new(m)))).parse(i.rest());
+    }
+    if i.tok() == Tok::Kw(Kw::SetAout) && !assigns {
+        return map(set_aout, |m| Piece::Stmt(StmtKind::Machine(Box::new(m)))).parse(i.rest());
     }
     if !assigns {
         return Err(match next {

@@ -5,7 +5,6 @@ use crate::effect::Plane;
 use crate::front::ast::{GValue, GWord};
 use crate::front::codes::Code;
 use crate::front::diag::Diag;
-use crate::front::parser::NO_ANALOG_OUTPUT;
 use crate::front::span::Span;
 
 /// The motion mode: RS274/NGC modal group 1.
@@ -107,6 +106,10 @@ pub(super) struct Block<'a> {
     pub p: Option<&'a GWord>,
     pub q: Option<&'a GWord>,
     pub l: Option<&'a GWord>,
+    /// E: an analog output.
+    pub e: Option<&'a GWord>,
+    /// Q of M67 and M68, which is no word of a cycle then.
+    pub level: Option<&'a GWord>,
 }
 
 impl<'a> Block<'a> {
@@ -134,6 +137,8 @@ impl<'a> Block<'a> {
             p: None,
             q: None,
             l: None,
+            e: None,
+            level: None,
         }
     }
 
@@ -146,6 +151,11 @@ impl<'a> Block<'a> {
     pub fn moves(&self, motion: Motion) -> bool {
         let centre = motion.is_arc() && self.offsets.iter().any(Option::is_some);
         self.special.is_none() && motion != Motion::None && (self.has_axis() || centre)
+    }
+
+    /// M67, M68
+    fn sets_aout(&self) -> bool {
+        self.m.iter().any(|(m, _)| matches!(m, 67 | 68))
     }
 
     /// M2, M30
@@ -194,11 +204,12 @@ pub(super) fn take_apart<'a>(
             'P' => once(checker, &mut block.p, word),
             'Q' => once(checker, &mut block.q, word),
             'L' => once(checker, &mut block.l, word),
+            'E' => once(checker, &mut block.e, word),
             other => {
                 let hint = match other {
                     'A' | 'B' | 'C' | 'U' | 'V' | 'W' => "the axes are X, Y and Z",
                     'D' | 'H' => "there is no tool table: set the work zero by SetPos or G92",
-                    _ => "words are G M F S T N X Y Z I J K R P Q L",
+                    _ => "words are G M F S T N X Y Z I J K R P Q L E",
                 };
                 let message = format!("`{other}` has no meaning here");
                 checker.error(Code::GcodeNoMeaning, word.span, message, hint);
@@ -213,6 +224,12 @@ pub(super) fn take_apart<'a>(
         checker.error(Code::GcodeTwice, span, message, "write them as two blocks, parted by `:`");
     }
     block.m.sort_by_key(|(m, _)| m_order(*m));
+    if block.sets_aout() {
+        block.level = block.q.take();
+    } else if let Some(e) = block.e {
+        let hint = "E is the number of an analog output in M67 and M68";
+        checker.error(Code::GcodeNoMeaning, e.span, "E has no meaning in this block", hint);
+    }
     block.broken = checker.diags.errors() > errors;
     block
 }
@@ -318,7 +335,7 @@ fn m_order(m: i64) -> u8 {
         6 => 0,
         3..=5 => 1,
         7..=9 => 2,
-        62..=65 => 3,
+        62..=65 | 67 | 68 => 3,
         _ => 4,
     }
 }
@@ -326,18 +343,14 @@ fn m_order(m: i64) -> u8 {
 fn m_word(checker: &mut Checker<'_>, block: &mut Block<'_>, word: &GWord) {
     let Some(tenths) = number(checker, word) else { return };
     let m = tenths / 10;
-    if tenths % 10 != 0 || !matches!(m, 0..=9 | 30 | 62..=65) {
+    if tenths % 10 != 0 || !matches!(m, 0..=9 | 30 | 62..=65 | 67 | 68) {
         let hint = match m {
             98 | 99 => "subprograms are SUBs: `SUB name ... END SUB`, called by name",
             48 | 49 => "the override is set over the link",
-            67 | 68 => "write `M62 P1` or `SYNC SetOut 1, ON`: an output that is on or off",
-            _ => "known are M0-M9, M30 and M62-M65",
+            _ => "known are M0-M9, M30, M62-M65, M67 and M68",
         };
         let text = word.span.of(checker.text).to_owned();
-        let mut message = format!("`{text}` is not supported");
-        if matches!(m, 67 | 68) {
-            message = format!("`{text}`: {NO_ANALOG_OUTPUT}");
-        }
+        let message = format!("`{text}` is not supported");
         checker.error(Code::GcodeUnknown, word.span, message, hint);
         return;
     }

@@ -13,7 +13,7 @@ use crate::front::check::stmt::{Lowered, Then};
 use crate::front::codes::Code;
 use crate::front::diag::Diag;
 use crate::front::span::Span;
-use crate::hir::{ProbeSensor, StmtKind, Sync, Word};
+use crate::hir::{ProbeSensor, StmtKind, Word};
 use crate::kind::Kind;
 use crate::plain::Plain;
 use crate::profile::OutputRole;
@@ -68,6 +68,7 @@ impl<'a> Checker<'a> {
         for (m, span) in switches {
             let switched = match m {
                 62..=65 => self.numbered(m, block, span),
+                67 | 68 => self.analog_output(m, block, span),
                 _ => self.switch(m, span),
             };
             match switched {
@@ -154,31 +155,6 @@ impl<'a> Checker<'a> {
         };
         let values = vec![number(n, Kind::Number, span), number(on, Kind::Truth, span)];
         Some(StmtKind::Plain(Plain::SetOut, values))
-    }
-
-    /// M62 to M65: P is the number of the output; the first two act on the way.
-    fn numbered(&mut self, m: i64, block: &Block<'a>, span: Span) -> Option<StmtKind> {
-        let Some(word) = block.p.filter(|_| !block.dwell) else {
-            let message = format!("M{m} without the number of its output");
-            let hint = format!("write `M{m} P1`, a block of its own");
-            self.error(Code::GcodeMissing, span, message, hint);
-            return None;
-        };
-        let n = self.number_word(word)?;
-        if let Some(known) = value_of(&n)
-            && !self.check_port(true, known, word.span)
-        {
-            return None;
-        }
-        if !self.settable(&n, word.span) {
-            return None;
-        }
-        let value = number(i32::from(m % 2 == 0), Kind::Truth, span);
-        if m >= 64 {
-            return Some(StmtKind::Plain(Plain::SetOut, vec![n, value]));
-        }
-        let lead = number(0, Kind::Length, span);
-        Some(StmtKind::Sync(Box::new(Sync { n, value, pulse: false, lead })))
     }
 
     /// What the axis words of the block ask for.

@@ -118,7 +118,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn too_large<T>(&mut self, word: &GWord) -> Option<T> {
+    pub(in crate::front::check) fn too_large<T>(&mut self, word: &GWord) -> Option<T> {
         let message = "this value does not fit in 32 bits";
         self.error(Code::GcodeRange, word.span, message, "the greatest length is 2147mm");
         None
@@ -233,7 +233,7 @@ impl<'a> Checker<'a> {
     }
 
     /// S, L: a whole Number.
-    pub(super) fn number_word(&mut self, word: &'a GWord) -> Option<hir::Expr> {
+    pub(in crate::front::check) fn number_word(&mut self, word: &'a GWord) -> Option<hir::Expr> {
         match &word.value {
             GValue::Number(decimal) => {
                 let value = decimal.scaled(1, 1).and_then(|(v, _)| i32::try_from(v).ok());

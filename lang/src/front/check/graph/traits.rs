@@ -26,6 +26,7 @@ pub(super) fn arguments(machine: &Machine) -> Vec<&Expr> {
         }
         Machine::ProbeMask { limit, speed, and, xor, .. } => vec![limit, speed, and, xor],
         Machine::Plain(_, list) => list.iter().collect(),
+        Machine::SetAout(list) => list.iter().collect(),
         Machine::Sync { list, lead, .. } => list.iter().chain(lead).collect(),
         Machine::MoveSpeed(_, e) | Machine::SetPos(_, e) | Machine::Motors(e, _) => vec![e],
         Machine::WaitIn { input, state, timeout, .. } => {
