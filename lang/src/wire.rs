@@ -65,7 +65,8 @@
 //! [`TRACE_QUEUE_LENGTH`] registers each: those of a slot and the six of [`COMMANDED`] as they were then. One with
 //! number 0 and kind 0 is none. Write the number of the last one that was read to [`TRACE_TAKEN`]; the program waits only
 //! while the queue is full. A streamed job has fewer slots beside a queue, so it begins before [`Stream::Open`]: exception 6
-//! while a job has them all.
+//! while a job has them all. While a streamed job runs neither mode can be begun: exception 6, as nobody who feeds
+//! it would take the events.
 //!
 //! # Print
 //! [`PRINT_COUNT`] bytes wait, the first is number [`PRINT_TAIL`] modulo 65536, up to 32 of them
@@ -91,7 +92,8 @@
 //!    says why. Exception 6: no slot is free, try again. After a lost reply [`STREAM_ACCEPTED`]
 //!    tells whether the piece is there.
 //! 3. Write [`Stream::Run`] when the first pieces are there, and [`Stream::Finish`] when the last
-//!    one is: then the run ends after it, otherwise it waits for the next ([`STREAM_DRY`]).
+//!    one is: then the run ends after it, otherwise it waits for the next ([`STREAM_DRY`]). A further
+//!    piece takes [`Stream::Finish`] back: of several clients only the one that feeds knows the last one.
 //!
 //! Run control holds as for a stored program. The cells of the piece that ended last can be read
 //! while the run waits. The run ends with F18 two seconds after the host that feeds

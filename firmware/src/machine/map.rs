@@ -361,16 +361,7 @@ impl<C: Chip> Map for Controller<C> {
                 self.control(control);
                 Ok(())
             }
-            TRACE_MODE => {
-                if value == TRACE_QUEUED && !self.stream.gives_queue() {
-                    if self.session.is_active() {
-                        return Err(Exception::Busy);
-                    }
-                    self.forget_pieces();
-                }
-                self.trace.set(value);
-                Ok(())
-            }
+            TRACE_MODE => self.set_trace(value),
             TRACE_TAKEN => {
                 if self.trace.take(value) {
                     Ok(())

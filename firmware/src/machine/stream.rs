@@ -309,6 +309,8 @@ impl<C: Chip> Controller<C> {
         }
         stream.result = 0;
         stream.call = 0;
+        // Who feeds the job has not said that the piece before was the last.
+        stream.finished = false;
         stream.filling = stream.after(stream.filling);
         stream.accepted = stream.accepted.wrapping_add(1);
         Ok(())

@@ -4,7 +4,7 @@ use super::Controller;
 use crate::machine::chip::Chip;
 use crate::machine::motor::tag;
 use crate::machine::pool;
-use lang::wire::{TRACE_OK, TRACE_QUEUE_LENGTH, TRACE_QUEUED, TraceKind};
+use lang::wire::{Exception, TRACE_OK, TRACE_QUEUE_LENGTH, TRACE_QUEUED, TraceKind};
 
 /// Events that a queue holds, a power of two.
 pub const ROOM: u8 = 32;
@@ -146,6 +146,26 @@ impl Trace {
 }
 
 impl<C: Chip> Controller<C> {
+    /// A host begins or ends trace mode.
+    ///
+    /// # Errors
+    /// A streamed job runs: nobody who feeds it takes the events, and the axes would stand. One has the memory of the
+    /// queue.
+    pub fn set_trace(&mut self, mode: u16) -> Result<(), Exception> {
+        let active = self.session.is_active();
+        if mode != 0 && active && self.vm.is_piece {
+            return Err(Exception::Busy);
+        }
+        if mode == TRACE_QUEUED && !self.stream.gives_queue() {
+            if active {
+                return Err(Exception::Busy);
+            }
+            self.forget_pieces();
+        }
+        self.trace.set(mode);
+        Ok(())
+    }
+
     /// One event for the host; there is room when this is called.
     pub fn emit(&mut self, kind: TraceKind, argument: u8, value: i32) {
         let pc = self.pc_of_effect();
