@@ -65,8 +65,8 @@
 //! [`TRACE_QUEUE_LENGTH`] registers each: those of a slot and the six of [`COMMANDED`] as they were then. One with
 //! number 0 and kind 0 is none. Write the number of the last one that was read to [`TRACE_TAKEN`]; the program waits only
 //! while the queue is full. A streamed job has fewer slots beside a queue, so it begins before [`Stream::Open`]: exception 6
-//! while a job has them all. While a streamed job runs neither mode can be begun: exception 6, as nobody who feeds
-//! it would take the events.
+//! while a job has them all. While a streamed job runs neither mode can be begun: exception 6, as the client that
+//! feeds it does not take the events.
 //!
 //! # Print
 //! [`PRINT_COUNT`] bytes wait, the first is number [`PRINT_TAIL`] modulo 65536, up to 32 of them

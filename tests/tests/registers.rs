@@ -57,8 +57,9 @@ const APART: u16 = 200;
 /// Written only on the small part: it counts the words that come.
 const WRITTEN: [&str; 1] = ["UPLOAD_LENGTH"];
 /// Nothing that the states below bring about shows in these.
-const QUIET: [&str; 31] = [
+const QUIET: [&str; 32] = [
     "ANALOG_INPUTS",
+    "ANALOG_OUTPUT",
     "BLOCKING_INPUT",
     "FAULT_INPUT",
     "FAULT_LINE",
