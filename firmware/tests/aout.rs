@@ -369,8 +369,8 @@ fn with_both_lines_busy_values_keep_their_places_and_an_emergency_stop_its_time(
     let at = board.cycles();
     board.plant_mut().set_input(ESTOP, true);
     run(&mut board, 300);
-    let own = board.take_edges().into_iter().filter(|edge| edge.signal == Signal::Aout);
-    let last = own.last().expect("it was high");
+    let mut own = board.take_edges().into_iter().filter(|edge| edge.signal == Signal::Aout);
+    let last = own.next_back().expect("it was high");
     let us = last.cycle.saturating_sub(at) * 1_000_000 / board.ticks_per_second();
     assert!(!last.level && us < 60, "{us} us");
     board.run_us(50_000);

@@ -152,6 +152,9 @@ fn an_emergency_stop_in_the_middle_of_a_path_puts_the_pin_low_at_once() {
     assert_eq!(value(&mut stand), 0);
 }
 
+/// Something that happens to the board.
+type Order = fn(&mut Stand);
+
 #[test]
 fn the_safe_value_holds_after_faults_stops_ends_and_resets() {
     let profile = guarded("safe = 100\n");
@@ -160,11 +163,11 @@ fn the_safe_value_holds_after_faults_stops_ends_and_resets() {
         let (part, _) = duty(&edges(stand, 300));
         assert!((part - 0.1).abs() < 2e-3, "{what}: {part}");
     };
-    let orders: [(&str, &dyn Fn(&mut Stand)); 4] = [
-        ("emergency stop at its pin", &|stand| press(stand, 4, true)),
-        ("by register", &|stand| stand.client().control(Control::EmergencyStop).expect("taken")),
-        ("Stop", &|stand| stand.client().control(Control::Stop).expect("taken")),
-        ("RST", &|stand| {
+    let orders: [(&str, Order); 4] = [
+        ("emergency stop at its pin", |stand| press(stand, 4, true)),
+        ("by register", |stand| stand.client().control(Control::EmergencyStop).expect("taken")),
+        ("Stop", |stand| stand.client().control(Control::Stop).expect("taken")),
+        ("RST", |stand| {
             stand.rig().borrow_mut().board().reset_pin();
             stand.client().link().pause(Duration::from_millis(300));
             stand.client().find().expect("an answer");
