@@ -173,7 +173,8 @@ impl<C: Chip> Motor<C> {
         if self.running == 0 { 0 } else { self.running & self.moving() }
     }
 
-    /// Axes that MoveSpeed has run to the end of their travel, told once.
+    /// Axes that MoveSpeed has run to the end of their travel, told once. They count as stopped: where one rests becomes its
+    /// commanded place, as after any other stop.
     pub fn take_limited(&mut self) -> u8 {
         if self.running == 0 {
             return 0;
@@ -181,6 +182,7 @@ impl<C: Chip> Motor<C> {
         let moving = self.moving();
         let limited = self.running & !moving & !self.stopped;
         self.running &= moving;
+        self.stopped |= limited;
         limited
     }
 

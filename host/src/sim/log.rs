@@ -47,9 +47,9 @@ impl Log {
         }
     }
 
-    /// A statement of `line` has this effect.
-    pub const fn effect(&mut self, line: u32, effect: &Effect) {
-        self.last = Some((line, *effect));
+    /// A statement of this line has this effect; `None`: one that no fault may be laid to.
+    pub const fn effect(&mut self, own: Option<(u32, Effect)>) {
+        self.last = own;
     }
 
     /// Another program begins: one that is not shown, by RUN in this line, or the one that is.
@@ -158,7 +158,9 @@ impl Log {
             };
             format!("{} {frame} {value}", axis.letter())
         };
-        let words: Vec<String> = effect.targets().into_iter().flatten().map(word).collect();
+        let arc = matches!(effect, Effect::Arc { .. }).then(|| "an arc".to_owned());
+        let words = effect.targets().into_iter().flatten().map(word);
+        let words: Vec<String> = arc.into_iter().chain(words).collect();
         let outside = end.fault == Some(Fault::SoftLimit) && !words.is_empty();
         outside.then(|| words.join(", "))
     }

@@ -206,7 +206,7 @@ impl Machine {
 
     /// Carries out an effect to its end or to the first event during its wait.
     pub fn begin(&mut self, effect: &Effect) -> Step {
-        self.log.effect(self.line, effect);
+        self.log.effect(Some((self.line, *effect)));
         let result = self.execute(effect);
         self.clock.look_anew();
         if self.is_halted() {

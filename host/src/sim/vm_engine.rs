@@ -439,9 +439,10 @@ impl Driver<'_, '_, '_> {
                 self.vm.state.pc = pc;
                 self.fault(fault, Before::Fault)
             }
+            // The statement under way is done anew after the handler, from its beginning.
             Step::Late(fault) => {
                 self.vm.state.pc = pc;
-                self.fault(fault, Before::Wait(pc, next))
+                self.fault(fault, Before::Statement)
             }
             Step::Stop => {
                 self.vm.state.pc = pc;

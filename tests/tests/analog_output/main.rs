@@ -9,10 +9,9 @@ use lang::hir::Program;
 use lang::image::Image;
 use lang::part::Signals;
 use lang::profile::Profile;
-use pasapas::board::{DEFAULT, engine};
+use pasapas::sim::Outcome;
 use pasapas::sim::trace::{Event, Status, What, to_text};
-use pasapas::sim::world::World;
-use pasapas::sim::{Engine, Options, Outcome, run_traced};
+use tests::on_every_engine;
 
 const HEAD: &str = "SetPos X, 0mm : SetPos Y, 0mm\nF1800\n";
 
@@ -36,24 +35,9 @@ fn checked(profile: &Profile, script: &str) -> Result<Program, String> {
 }
 
 /// Runs of a script: its engines, each with its name.
-fn runs(profile: &Profile, script: &str, world: &str) -> Vec<(String, Outcome, Vec<Event>)> {
+fn runs(profile: &Profile, script: &str, world: &str) -> Vec<(&'static str, Outcome, Vec<Event>)> {
     let program = checked(profile, script).unwrap_or_else(|told| panic!("{told}"));
-    let world = World::parse("w.rhai", world).expect("a world");
-    let options = Options { part: DEFAULT.part, limit_us: 30_000_000, ..Options::default() };
-    let mut all = Vec::new();
-    for engine in [Engine::Rhai, Engine::Vm] {
-        let (outcome, events) = run_traced(&program, engine, &world, &options).expect("a run");
-        all.push((format!("{engine:?}"), outcome, events));
-    }
-    let compiled = lang::back::compile(&program).expect("an image");
-    let (run, events) =
-        engine::run_native_traced(DEFAULT, &program, &compiled, &world, &options).expect("a run");
-    all.push(("native".to_owned(), run.outcome, events));
-    let (image, sidecar) = (&compiled.image, &compiled.sidecar);
-    let (run, events) =
-        engine::run_traced(DEFAULT, &program, image, sidecar, &world, &options).expect("a run");
-    all.push(("board".to_owned(), run.outcome, events));
-    all
+    on_every_engine(&program, world)
 }
 
 /// What the trace says of the output: line, mV, share, on the way.

@@ -35,7 +35,9 @@ impl Native {
             return Step::Stop;
         }
         self.pressed = false;
-        self.log.effect(self.line, effect);
+        // Beside an axis that MoveSpeed runs nobody knows whose target a fault is about.
+        let alone = self.board.controller().motor.running() == 0;
+        self.log.effect(alone.then_some((self.line, *effect)));
         match *effect {
             Effect::EnterHandler | Effect::LeaveHandler | Effect::Keep { .. } => Step::Done(0),
             Effect::Run(_) => Step::Fault(Fault::NoProgram),

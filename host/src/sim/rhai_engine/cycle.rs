@@ -98,6 +98,8 @@ impl Translator<'_> {
 pub enum Broken {
     /// A move failed.
     Fault(Fault),
+    /// A fault came by itself in a move.
+    Late(Fault),
     /// The run is over.
     Stop,
 }
@@ -142,7 +144,8 @@ impl Tool<'_> {
     fn act(&mut self, effect: &Effect) -> Result<i32, Broken> {
         match self.machine.begin(effect) {
             Step::Done(value) => Ok(value),
-            Step::Fault(fault) | Step::Late(fault) => Err(Broken::Fault(fault)),
+            Step::Fault(fault) => Err(Broken::Fault(fault)),
+            Step::Late(fault) => Err(Broken::Late(fault)),
             Step::Event(_) | Step::Stop => Err(Broken::Stop),
         }
     }

@@ -198,8 +198,10 @@ impl Runtime {
                 self.jump = self.handlers.get(usize::from(slot)).copied();
                 Err(Break::Jump)
             }
+            // The statement under way is done anew after the handler, from its beginning.
             Step::Late(fault) => {
-                self.jump = Some(self.raise(fault, [back; 2], between)?);
+                let start = self.infos[self.current].start;
+                self.jump = Some(self.raise(fault, [start; 2], true)?);
                 Err(Break::Jump)
             }
         }
@@ -232,6 +234,7 @@ impl Runtime {
         match done {
             Ok(()) => Ok(()),
             Err(Broken::Fault(fault)) => Err(fault.into()),
+            Err(Broken::Late(fault)) => self.interrupted(Step::Late(fault), 0, true).map(|_| ()),
             Err(Broken::Stop) => Err(self.stop()),
         }
     }
