@@ -19,7 +19,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 pub use follow::{Debug, Pace};
-pub use hold::{Hold, KEEP_FRESH, LOOK_AHEAD, Over};
+pub use hold::{Hold, KEEP_FRESH, LOOK_AHEAD, Over, SLOWEST};
 pub use log::Entry;
 #[cfg(any(feature = "gateway", test))]
 pub(crate) use picture::Round;

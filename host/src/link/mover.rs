@@ -18,10 +18,10 @@ pub const END_JOG: [u8; 10] = {
 };
 
 /// Of one board.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Mover {
-    /// The client, and when it asked last.
-    own: Option<(u64, Duration)>,
+    /// The clients, and when each asked last.
+    own: Vec<(u64, Duration)>,
 }
 
 /// Whether a request begins such a motion.
@@ -38,22 +38,24 @@ fn moves(pdu: &[u8]) -> bool {
 impl Mover {
     /// A client asks the board at `now`.
     pub fn asks(&mut self, client: u64, pdu: &[u8], now: Duration) {
-        let same = self.own.is_some_and(|(own, _)| own == client);
-        if same || moves(pdu) {
-            self.own = Some((client, now));
+        match self.own.iter_mut().find(|(own, _)| *own == client) {
+            Some((_, heard)) => *heard = now,
+            None if moves(pdu) => self.own.push((client, now)),
+            None => {}
         }
     }
 
-    /// When the motion is to be ended, unless its client asks again.
+    /// When the motion is to be ended, unless its client asks again. The board's command ends the motion of all axes, so the
+    /// first client that falls silent ends that of the others, too.
     pub fn until(&self) -> Option<Duration> {
-        self.own.map(|(_, heard)| heard + SILENCE)
+        self.own.iter().map(|(_, heard)| *heard + SILENCE).min()
     }
 
     /// Whether that has come. It comes once.
     pub fn ends(&mut self, now: Duration) -> bool {
         let over = self.until().is_some_and(|until| now >= until);
         if over {
-            self.own = None;
+            self.own.clear();
         }
         over
     }
@@ -78,12 +80,15 @@ mod tests {
         assert_eq!(own.until(), None);
         own.asks(1, &RUN, ms(0));
         own.asks(2, &READ, ms(1_500));
-        let mut over = own;
+        let mut over = own.clone();
         assert!(!own.ends(ms(1_999)) && over.ends(ms(2_000)));
         own.asks(1, &READ, ms(1_999));
         assert!(!own.ends(ms(3_998)));
-        // Another one moves now.
+        // Another one moves, too: whoever of the two falls silent ends it.
         own.asks(2, &[6, 0x07, 0xD0, 0x04, 0x57], ms(3_998));
+        let mut first = own.clone();
+        first.asks(2, &READ, ms(3_999));
+        assert!(!first.ends(ms(3_998)) && first.ends(ms(3_999)) && !first.ends(ms(9_000)));
         own.asks(1, &READ, ms(5_000));
         assert!(own.ends(ms(5_998)) && !own.ends(ms(9_000)));
         // A move of a known length goes on to its end.

@@ -20,7 +20,7 @@ use super::streamed::Middle;
 use crate::board::live::Touch;
 use crate::client::orders;
 use crate::client::status::long;
-use crate::helm::{Board, Debug, Hold, Pace};
+use crate::helm::{Board, Debug, Hold, Pace, SLOWEST};
 use crate::sim::world::Button;
 
 /// Longest move by a button, um: a mistyped digit must not cross the machine.
@@ -219,6 +219,14 @@ impl Ask<'_> {
         let profile = self.bench.profile()?;
         let own = orders::present(&profile, wish.axis.0)?;
         let rate = speed(own, wish.speed);
+        if rate < SLOWEST {
+            let least = own.scale.length(SLOWEST as i32).unwrap_or(i32::MAX);
+            return Err(format!(
+                "{} is too slow to be held: a step instead, or a speed of {:.3} mm/s or more",
+                wish.axis.0.letter(),
+                f64::from(least) / 1000.0
+            ));
+        }
         let travel = [own.min_um, own.max_um].map(|um| orders::steps(own, um.into()));
         let [up, down] = orders::ramps(own);
         let hold = Hold::new(
