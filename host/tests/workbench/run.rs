@@ -184,6 +184,8 @@ fn programs_of_the_board_are_listed_chosen_and_erased() -> Outcome<()> {
     )?;
     page.push("#start")?;
     page.says("#console", "here")?;
+    // While a program runs none is erased.
+    page.says("#run-state", "last run: done")?;
     page.eval("window.confirm = () => true")?;
     page.push("#library button[aria-label='Erase second']")?;
     page.wait("!document.querySelector('#library').textContent.includes('second')", PATIENCE)?;
