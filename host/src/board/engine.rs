@@ -349,7 +349,7 @@ mod tests {
 
     /// Runs an image; `over` is done to the board where its run has ended. What it gives, the text that its trace ends with,
     /// and what a status and a round of looks
-    /// say then, and a status behind another emergency stop by the link.
+    /// say then, and a status after another emergency stop by the link.
     fn run_with(
         build: &Build,
         made: &Made,

@@ -429,7 +429,7 @@ fn advance(board: &mut Board, hold: &Hold, holding: &mut Holding) -> Result<(), 
         holding.last = Some(target);
         return Ok(());
     }
-    // What somebody else has stopped gets no further target. The board is asked first, and once more behind the order, as
+    // What somebody else has stopped gets no further target. The board is asked first, and once more after the order, as
     // a Stop may come between the two. It knows nothing of an axis that has come to its target: that is over.
     if goes_on || holding.clocked {
         holding.clocked = bound_hold(board, wire::JOG_GOES_ON)?;

@@ -132,7 +132,7 @@ fn stopped_by_somebody_else(rate: u32) {
     let on = live.seen().motors[0] - stopped.expect("it was stopped");
     // At the slowest the two steps that the engine has already take as long as that.
     let left = if rate == SLOWEST { 2 } else { 0 };
-    assert!(on.unsigned_abs() <= left, "{on} steps behind a Stop: {log:?}");
+    assert!(on.unsigned_abs() <= left, "{on} steps after a Stop: {log:?}");
     assert!(over, "the hold goes on: {log:?}");
     let rest = live.seen().motors[0];
     helm.hold(press(2)).expect("free");

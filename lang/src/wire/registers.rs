@@ -75,7 +75,7 @@ macro_rules! register_rows {
                 CNC_STATE: CNC_STATUS + 3;
                 /// InterpCNC's alarm code of the latched fault, 0 for none.
                 CNC_ALARM: CNC_STATUS + 4;
-                /// F5529: value of analog output 1, mV or steps of its range, also written while a program runs; the seven registers behind it are not written and are 0. Exception 2 on the G2553.
+                /// F5529: value of analog output 1, mV or steps of its range, also written while a program runs; the seven registers after it are not written and are 0. Exception 2 on the G2553.
                 ANALOG_OUTPUT: AOUTS + 0;
                 /// [`WIRE_VERSION`]
                 VERSION: OWN + 0;
