@@ -72,3 +72,55 @@ fn the_statement_under_way_is_done_anew() {
         assert!(lines[1].starts_with("F5 line "), "{wait}{lines:?}");
     }
 }
+
+/// A relative move that the handler begins while the axis still brakes counts from where the axis comes to rest: a tool that
+/// plunges is lifted, and not sent on to the place that the fault broke off.
+#[test]
+fn a_relative_move_counts_from_where_a_fault_stopped_the_axis() {
+    for (machine, begin, fault, to) in [
+        ("mill", "START MoveAxe Y, 100mm, 50mm/s\nWait 300ms\n", "WaitIn 3, ON, 20ms\n", [5, 60]),
+        ("mill", "MoveSpeed Y, 50mm/s\nWait 300ms\n", "n = 1 / n\n", [5, 60]),
+        ("charly", "START MoveAxe Y, 100mm, 50mm/s\nWait 300ms\n", "n = 1 / n\n", [5, 60]),
+        (
+            "mill",
+            "MoveAxe X, 290mm\nMoveSpeed X, 50mm/s\nSTART MoveAxe Y, 100mm, 20mm/s\n",
+            "Wait 2s\n",
+            [2, 30],
+        ),
+    ] {
+        let script = format!(
+            "DIM n, there AS LENGTH\nHome\n{begin}{fault}END\nh:\nMoveRel Y, 1mm\nthere = POS(Y)\nMoveRel Y, -1mm\n\
+             PRINT there - POS(Y)\nRESUME NEXT\n"
+        );
+        let text = format!("PROFILE \"{machine}\"\nON ERROR GOTO h\n{script}");
+        let source = Source::new("t.bas", text);
+        let (program, diags) = compile(&source, ProfileChoice::built_in());
+        let program = program.unwrap_or_else(|| panic!("{}", diags.render(&source)));
+        for (name, outcome, events) in on_every_engine(&program, "") {
+            assert_eq!(outcome.end.status, Status::Done, "{name}: {:?} {begin}", outcome.end);
+            let told: Vec<_> = events
+                .iter()
+                .filter_map(|event| match &event.what {
+                    What::Print { text, .. } => Some(text.as_str()),
+                    _ => None,
+                })
+                .collect();
+            assert_eq!(told, ["1000um"], "{name}: {begin}");
+            let Some(What::End { pos, .. }) = events.last().map(|event| &event.what) else {
+                panic!("{name}: no end")
+            };
+            let y = pos.y.expect("a place") / 100;
+            assert!((to[0]..to[1]).contains(&y), "{name}: {begin} Y rests at {y} mm");
+        }
+    }
+}
+
+/// A line that waits for an axis that MoveSpeed runs to its end comes after the fault, not before it.
+#[test]
+fn a_line_that_waits_for_the_axis_is_never_lost() {
+    let script = "DIM k, v AS SPEED\nHome X\nF600\nFOR k = 1 TO 6\nMoveAxe X, 295mm\nv = 20mm/s + k * 1.37mm/s\n\
+                  MoveSpeed X, v\nG1 Y[k * 1mm]\nWaitMove\nPRINT POSST(Y)\nNEXT\n";
+    let (lines, _) = printed("charly", script);
+    let told: Vec<&String> = lines.iter().filter(|line| line.ends_with("st")).collect();
+    assert_eq!(told, ["100st", "200st", "300st", "400st", "500st", "600st"], "{lines:?}");
+}

@@ -18,7 +18,7 @@ impl<C: Chip> Controller<C> {
     /// Those of the targets, F09, F05 when an extreme lies outside the travel.
     pub fn arc(&mut self, code: u8) -> Result<bool, Fault> {
         if self.program.effect.phase == 0 {
-            let alone = self.motor.path_rests() && self.motor.moving() != 0;
+            let alone = self.motor.path_rests() && self.motor.busy() != 0;
             if alone || !self.path_has_room() {
                 return Ok(false);
             }

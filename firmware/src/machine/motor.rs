@@ -307,8 +307,12 @@ impl<C: Chip> Motor<C> {
         self.stopped == 0 && self.rests()
     }
 
+    /// Bit per axis that moves, or that MoveSpeed has run to its end without the program's knowing yet.
+    pub fn busy(&self) -> u8 {
+        self.running | self.moving()
+    }
+
     /// Whether an axis was stopped whose commanded place does not follow yet.
-    #[cfg(any(test, feature = "physics"))]
     pub fn is_stopping(&self) -> bool {
         self.stopped != 0
     }

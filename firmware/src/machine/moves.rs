@@ -288,7 +288,7 @@ impl<C: Chip> Lines for Line<'_, C> {
             }
         };
         let alone = rapid || board.motor.path_rests();
-        let waits = alone && board.motor.moving() != 0 || !board.path_has_room();
+        let waits = alone && board.motor.busy() != 0 || !board.path_has_room();
         if waits {
             board.program.effect.phase = 0;
         }
