@@ -144,6 +144,7 @@ codes! {
     ProbeTooFast "M007" Warning "a probe speed that a shift register can not follow" "It is sampled each ms, exact up to 1000 st/s."
     UnknownProfile "M008" Error "a profile that does not exist" "Built in are mill, charly, thesis, laser, picker; a file is given by --profile."
     OffAtEnd "M009" Warning "an output that the end of the run switches off at once" "At END each output takes the state that the profile's `end` names: off, if it names none."
+    CycleDownward "M010" Warning "a canned cycle on a machine whose Z counts downward" "A cycle takes a greater Z for a higher place: it would lift into the work, and peck once."
 }
 
 #[cfg(test)]

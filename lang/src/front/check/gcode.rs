@@ -40,6 +40,8 @@ pub(super) struct Blocks<'a> {
     /// By the place of the statement.
     by_place: HashMap<u32, u32>,
     held: Vec<Held<'a>>,
+    /// It was told that cycles go the wrong way on this machine.
+    downward_told: bool,
     /// Ids of held constants: equal ones from two paths are no conflict.
     constants: HashMap<(char, Decimal), i32>,
     /// Held words of each block.

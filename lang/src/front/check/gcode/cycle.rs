@@ -16,6 +16,7 @@ use crate::hir::{
     StmtKind, Storage, VarId, Word,
 };
 use crate::kind::Kind;
+use crate::profile::AxisProfile;
 
 /// In the cell that holds the Z before the first cycle: none is held.
 const RELEASED: i32 = i32::MIN;
@@ -268,6 +269,19 @@ impl<'a> Checker<'a> {
         var
     }
 
+    /// Tells once where cycles go the wrong way.
+    fn warn_downward(&mut self, span: Span, motion: Motion) {
+        let down = self.profile.z.as_ref().is_some_and(AxisProfile::counts_down);
+        if down && !std::mem::replace(&mut self.gcode.downward_told, true) {
+            let (word, name) = (motion.word(), &self.profile.name);
+            let message = format!(
+                "Z of `{name}` counts downward, and {word} takes a greater Z for a higher one"
+            );
+            let hint = "write the moves: `G0 Z` to above the work, `G1 Z` into it, `G0 Z` back";
+            self.error(Code::CycleDownward, span, message, hint);
+        }
+    }
+
     pub(super) fn cycle(
         &mut self,
         index: u32,
@@ -296,6 +310,7 @@ impl<'a> Checker<'a> {
             // Words for the blocks that follow.
             return Some(out);
         }
+        self.warn_downward(block.span, motion);
         let r = missing(r, 'R', self);
         let z = missing(z, 'Z', self);
         let kind = match motion {
