@@ -66,10 +66,12 @@ impl<C: Chip> Controller<C> {
             }
         }
         // What a fault or a stop brakes is not sent on before it stands: its commanded place follows only then.
-        let sends = (first::Linear..=last::MoveRamp).contains(&code)
-            || (first::Arc..=last::ArcBy).contains(&code)
-            || code == first::MoveSpeed;
-        if sends && self.program.effect.phase == 0 && self.motor.is_stopping() {
+        if self.motor.is_stopping()
+            && self.program.effect.phase == 0
+            && ((first::Linear..=last::MoveRamp).contains(&code)
+                || (first::Arc..=last::ArcBy).contains(&code)
+                || code == first::MoveSpeed)
+        {
             return Ok(false);
         }
         if code == first::Read && self.look_at_analog() {

@@ -19,7 +19,7 @@ pub const KEEP_FRESH: Duration = Duration::from_millis(250);
 /// Ramps of a held jog are no longer than this: so the next keep-alive finds it at full speed.
 const LONGEST_RAMP: f64 = 0.1;
 
-/// Least rate of a held axis, steps/s: slower it would stand at its target between two keep-alives, where a Stop of
+/// Least rate of a held axis, steps/s: a slower one stands at its target between two keep-alives, where a Stop of
 /// somebody else cannot be told from the arrival.
 pub const SLOWEST: u32 = 20;
 

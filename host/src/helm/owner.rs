@@ -68,8 +68,6 @@ struct Holding {
     speed: u32,
     /// State of the run, fault and its input, as the last look found them.
     fault: Option<[u16; 3]>,
-    /// The board has a clock of its own for it ([`wire::JOG_HOLD`]).
-    clocked: bool,
 }
 
 impl Owner {
@@ -421,7 +419,7 @@ fn advance(board: &mut Board, hold: &Hold, holding: &mut Holding) -> Result<(), 
             return Err(STOPPED.to_owned());
         }
     }
-    // An axis that has arrived begins anew, where the board takes no target on the way.
+    // An axis that has arrived begins anew: what else asks the board may have kept the keep-alive waiting.
     let goes_on = holding.last.is_some_and(|last| last != at);
     let homed = of(wire::HOMED) >> axis & 1 != 0;
     let target = hold.target(at, holding.last, homed, Instant::now());
@@ -430,21 +428,21 @@ fn advance(board: &mut Board, hold: &Hold, holding: &mut Holding) -> Result<(), 
         return Ok(());
     }
     // What somebody else has stopped gets no further target. The board is asked first, and once more after the order, as
-    // a Stop may come between the two. It knows nothing of an axis that has come to its target: that is over.
-    if goes_on || holding.clocked {
-        holding.clocked = bound_hold(board, wire::JOG_GOES_ON)?;
+    // a Stop may come between the two.
+    if goes_on {
+        bound_hold(board, wire::JOG_GOES_ON)?;
     }
     let order = orders::move_to(hold.axis, [hold.accel; 2], hold.rate, target + holding.offset);
     match board.once(|board| board.write_all(wire::COMMAND, &order)) {
         Ok(()) => {
             holding.last = Some(target);
             if goes_on {
-                return bound_hold(board, wire::JOG_GOES_ON).map(drop);
+                return bound_hold(board, wire::JOG_GOES_ON);
             }
             match bound_hold(board, 1) {
                 // Of a first order that is so short that it has arrived already there is nothing to hold.
                 Err(why) if why == STOPPED => Ok(()),
-                clocked => clocked.map(|clocked| holding.clocked = clocked),
+                done => done,
             }
         }
         Err(error) if error.is_exception(Exception::Busy) && holding.last.is_some() => {
@@ -459,12 +457,11 @@ fn advance(board: &mut Board, hold: &Hold, holding: &mut Holding) -> Result<(), 
     }
 }
 
-/// Lets the board's own clock end the hold as well, and tells whether it has one: `time` is a value of [`wire::JOG_HOLD`].
-fn bound_hold(board: &mut Board, time: u16) -> Result<bool, String> {
+/// Lets the board's own clock end the hold as well, where the board has one: `time` is a value of [`wire::JOG_HOLD`].
+fn bound_hold(board: &mut Board, time: u16) -> Result<(), String> {
     match board.once(|board| board.write_all(wire::JOG_HOLD, &[time])) {
-        Ok(()) => Ok(true),
-        Err(error) if error.is_exception(Exception::IllegalAddress) => Ok(false),
         Err(error) if error.is_exception(Exception::Busy) => Err(STOPPED.to_owned()),
-        Err(error) => Err(error.to_string()),
+        Err(error) if !error.is_exception(Exception::IllegalAddress) => Err(error.to_string()),
+        _ => Ok(()),
     }
 }
