@@ -61,18 +61,16 @@ impl<C: Chip> Controller<C> {
             if !self.motor.path_rests() {
                 return Ok(false);
             }
+            // What a fault or a stop brakes is not sent on before it stands: its commanded place follows only then. Lines
+            // and arcs wait for all axes anyway.
+            let sends =
+                (first::Linear..=last::MoveRamp).contains(&code) || code == first::MoveSpeed;
+            if sends && self.motor.is_stopping() {
+                return Ok(false);
+            }
             if !self.motor.actions.is_empty() {
                 self.flush_actions(None);
             }
-        }
-        // What a fault or a stop brakes is not sent on before it stands: its commanded place follows only then.
-        if self.motor.is_stopping()
-            && self.program.effect.phase == 0
-            && ((first::Linear..=last::MoveRamp).contains(&code)
-                || (first::Arc..=last::ArcBy).contains(&code)
-                || code == first::MoveSpeed)
-        {
-            return Ok(false);
         }
         if code == first::Read && self.look_at_analog() {
             return Ok(true);
