@@ -435,14 +435,11 @@ impl Driver<'_, '_, '_> {
                 self.vm.state.pc = next;
                 self.interrupt(slot, Before::Wait(pc, next))
             }
-            Step::Fault(fault) => {
+            Step::Fault(fault) | Step::Late(fault) => {
                 self.vm.state.pc = pc;
-                self.fault(fault, Before::Fault)
-            }
-            // The statement under way is done anew after the handler, from its beginning.
-            Step::Late(fault) => {
-                self.vm.state.pc = pc;
-                self.fault(fault, Before::Statement)
+                // A statement in which a fault came by itself is done anew after the handler, from its beginning.
+                let late = matches!(step, Step::Late(_));
+                self.fault(fault, if late { Before::Statement } else { Before::Fault })
             }
             Step::Stop => {
                 self.vm.state.pc = pc;
